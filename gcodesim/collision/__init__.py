@@ -1,0 +1,1 @@
+"""Collision: certified triangle tests, bounding boxes and the first contact along a path."""

@@ -1,0 +1,91 @@
+"""Containment: a body wholly inside another touches nothing, and is a contact all the same.
+
+Where two surfaces do not meet, every shell of one body lies wholly inside or wholly outside the
+other, so one vertex per shell decides. The vertex is inside where the winding number of the closed
+mesh, the sum of signed solid angles over 4 pi, is not zero (van Oosterom and Strackee 1983). Far
+from the surface it is within rounding of an integer; on the surface the triangles touch anyway.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.collision.scene import Scene, Shape
+
+
+
+@dataclass(frozen=True)
+class Containment:
+    """A part inside another, or a question that an open mesh leaves undecided."""
+
+    pair: int
+    inner: str
+    outer: str
+    decided: bool
+
+
+def find_containments(
+    scene: Scene, relative: list[NDArray[np.float64]]
+) -> list[Containment]:
+    """Containments of all pairs at one pose.
+
+    Args:
+        scene: the pairs.
+        relative: per pair the pose of body b in the frame of body a, shape (4, 4).
+    """
+    found: list[Containment] = []
+    for index, ((a, b), pose) in enumerate(zip(scene.shapes, relative, strict=True)):
+        back = np.linalg.inv(pose)
+        found += [Containment(index, *hit) for hit in _inside(b, a, pose)]
+        found += [Containment(index, *hit) for hit in _inside(a, b, back)]
+    return found
+
+
+def _inside(inner: Shape, outer: Shape, pose: NDArray[np.float64]) -> list[tuple[str, str, bool]]:
+    hits = []
+    for part in inner.parts:
+        points = shell_vertices(part.triangles) @ pose[:3, :3].T + pose[:3, 3]
+        for other in outer.parts:
+            low = other.triangles.min(axis=(0, 1))
+            high = other.triangles.max(axis=(0, 1))
+            near = points[np.all((points > low) & (points < high), axis=1)]
+            if len(near) and not other.closed:
+                hits.append((part.name, other.name, False))
+            elif any(abs(winding_number(p, other.triangles)) > 0.5 for p in near):
+                hits.append((part.name, other.name, True))
+    return hits
+
+
+def winding_number(point: NDArray[np.float64], triangles: NDArray[np.float64]) -> float:
+    """Times the closed surface wraps around the point: 1 inside, 0 outside."""
+    a, b, c = np.moveaxis(triangles - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    numerator = np.sum(a * np.cross(b, c), axis=1)
+    denominator = (
+        la * lb * lc
+        + np.sum(a * b, axis=1) * lc
+        + np.sum(b * c, axis=1) * la
+        + np.sum(c * a, axis=1) * lb
+    )
+    return float(np.sum(np.arctan2(numerator, denominator)) / (2.0 * np.pi))
+
+
+def shell_vertices(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """One vertex of every connected shell, shape (shells, 3)."""
+    points, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = corner.reshape(-1, 3)
+    label = np.arange(len(points))
+    while True:
+        lowest = label[faces].min(axis=1)
+        lower = label.copy()
+        for k in range(3):
+            np.minimum.at(lower, faces[:, k], lowest)
+        lower = lower[lower]
+        if np.array_equal(lower, label):
+            return np.asarray(points[np.unique(label)])
+        label = lower
+
+

@@ -1,0 +1,51 @@
+"""The device that kernels run on, and quiet, reproducible settings for Warp."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import warp as wp
+
+from gcodesim.errors import UsageError
+
+wp.config.log_level = wp.LOG_ERROR
+wp.config.enable_backward = False
+
+
+def _start_quietly() -> None:
+    """Start Warp; its native code prints a driver warning on every machine without a GPU."""
+    saved, void = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(void, 2)
+    try:
+        wp.init()
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(void)
+
+
+_start_quietly()
+
+BIT_EQUAL: dict[str, Any] = {"fuse_fp": False, "fast_math": False, "enable_backward": False}
+"""Module options of every kernel file: without contraction of a*b+c the CPU and CUDA round alike,
+so both give the same poses and verdicts bit for bit."""
+
+
+def resolve_device(name: str) -> str:
+    """Return the Warp device for `auto`, `cpu`, `cuda` or `cuda:N`.
+
+    Raises:
+        UsageError: no such device is present.
+    """
+    cuda_count = wp.get_cuda_device_count()
+    if name == "auto":
+        return "cuda:0" if cuda_count else "cpu"
+    if name == "cpu":
+        return name
+    kind, _, index = name.partition(":")
+    if kind != "cuda" or (index and not index.isdigit()):
+        raise UsageError(f"--device {name}: expected auto, cpu, cuda or cuda:N")
+    if int(index or 0) >= cuda_count:
+        raise UsageError(f"--device {name}: {cuda_count} CUDA devices are present; use --device cpu")
+    return f"cuda:{index or 0}"

@@ -1,0 +1,45 @@
+"""The errors gcodesim raises, and where each one is caught.
+
+GcodesimError          everything below; a bare traceback of another type is a defect
+├── UsageError         an option or a file cannot be used: the command ends with exit code 2
+│   └── ModelError     a machine, tools or setup file is wrong: names file, line and key
+└── ProgramError       a block no control would accept: carries a Finding, caught by nc.interpreter
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gcodesim.findings import Finding
+
+
+class GcodesimError(Exception):
+    """Base of every error that gcodesim raises on purpose."""
+
+
+class UsageError(GcodesimError):
+    """An option or a file that cannot be used; the message says what is wrong and what is right."""
+
+
+class ModelError(UsageError):
+    """A machine, tools or setup file is wrong.
+
+    Attributes:
+        path: the file, as the user named it.
+        line: 1-based line of the key at fault, None when the whole file is meant.
+        key: dotted key, for example ``joints.A.limits``; empty when the whole file is meant.
+    """
+
+    def __init__(self, message: str, path: str, line: int | None = None, key: str = "") -> None:
+        self.path, self.line, self.key = path, line, key
+        place = path if line is None else f"{path}:{line}"
+        super().__init__(f"{place}: {key}: {message}" if key else f"{place}: {message}")
+
+
+class ProgramError(GcodesimError):
+    """A block is refused as a whole; ``finding`` says where and why."""
+
+    def __init__(self, finding: Finding) -> None:
+        self.finding = finding
+        super().__init__(f"{finding.file}:{finding.line}: {finding.code} {finding.message}")

@@ -1,0 +1,93 @@
+"""Findings: what a check has to say about a program, and the table of their codes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+FAIL, INCONCLUSIVE, NOTED = "fail", "inconclusive", "noted"
+
+
+@dataclass(frozen=True)
+class Code:
+    """One row of the table of codes: a title, a severity and the effect on the verdict."""
+
+    title: str
+    severity: str  # error | warning | note
+    effect: str  # fail | inconclusive | noted
+
+
+CODES: dict[str, Code] = {
+    "GC101": Code("two machine parts touch", "error", FAIL),
+    "GC102": Code("tool or holder touches the machine", "error", FAIL),
+    "GC103": Code("holder or shank touches stock or part", "error", FAIL),
+    "GC104": Code("tool touches a fixture", "error", FAIL),
+    "GC105": Code("rapid move in stock", "error", FAIL),
+    "GC106": Code("contact or containment when a body appears", "error", FAIL),
+    "GC107": Code("contact between two samples", "error", FAIL),
+    "GC201": Code("nearer than the clearance of the pair", "warning", NOTED),
+    "GC202": Code("nearer than the path tolerance", "warning", NOTED),
+    "GC301": Code("overtravel of a linear axis", "error", FAIL),
+    "GC302": Code("overtravel of a rotary axis", "error", FAIL),
+    "GC303": Code("axis too slow for the feed", "note", NOTED),
+    "GC304": Code("near a pole of the rotary axes", "warning", NOTED),
+    "GC401": Code("word or syntax", "error", FAIL),
+    "GC402": Code("code or letter gcodesim does not follow", "error", INCONCLUSIVE),
+    "GC404": Code("arc cannot be traced", "error", FAIL),
+    "GC405": Code("feed missing or impossible", "error", FAIL),
+    "GC406": Code("parameter or expression", "error", FAIL),
+    "GC407": Code("subprogram or program flow", "error", FAIL),
+    "GC408": Code("canned cycle", "error", FAIL),
+    "GC409": Code("offset or tool not in the supplied table", "error", FAIL),
+    "GC410": Code("value out of its range", "error", FAIL),
+    "GC420": Code("unknown M code", "warning", INCONCLUSIVE),
+    "GC421": Code("tool without a shape", "warning", INCONCLUSIVE),
+    "GC422": Code("cutter compensation not applied", "warning", INCONCLUSIVE),
+    "GC423": Code("manual stop: what follows is up to the operator", "warning", INCONCLUSIVE),
+    "GC424": Code("limit of blocks or time reached", "warning", INCONCLUSIVE),
+    "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
+    "GC430": Code("worth knowing", "note", NOTED),
+    "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
+    "GC502": Code("links touch at rest", "warning", NOTED),
+    "GC503": Code("suspicious unit of a mesh", "warning", NOTED),
+    "GC504": Code("faulty mesh", "warning", NOTED),
+    "GC901": Code("the check stopped early", "error", INCONCLUSIVE),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One statement about a program or model, with its code and its place.
+
+    Attributes:
+        code: key of CODES.
+        message: what is wrong and what would be right, one sentence or two, no line breaks.
+        meaning: stable id of the cause (``feed_missing``); several share a code; may be empty.
+        file, line, column: place in the NC program or model file, 1-based; None or "" if unknown.
+        block: text of the block, without its line end.
+        time_s: program time of the event [s].
+        pair: names of the two bodies.
+        tool: number of the tool in the spindle.
+        severity: overrides the severity of the code ("error" turns a noted code into FAIL).
+    """
+
+    code: str
+    message: str
+    meaning: str = ""
+    file: str = ""
+    line: int | None = None
+    column: int | None = None
+    block: str = ""
+    time_s: float | None = None
+    pair: tuple[str, str] | None = None
+    tool: int | None = None
+    severity: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.severity:
+            object.__setattr__(self, "severity", CODES[self.code].severity)
+
+    @property
+    def effect(self) -> str:
+        """Effect on the verdict: fail, inconclusive or noted."""
+        effect = CODES[self.code].effect
+        return FAIL if effect == NOTED and self.severity == "error" else effect

@@ -1,0 +1,1 @@
+"""The machine model: links, joints, meshes, tools and the files they come from."""

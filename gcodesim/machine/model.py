@@ -1,0 +1,196 @@
+"""The machine as data: a tree of links and joints, the bodies they carry, and the checked pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.findings import Finding
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A moving pair of the mechanism; its name is the programmed axis letter.
+
+    Attributes:
+        axis: unit vector in which the child link physically moves or turns when the command grows,
+            world coordinates at the zero pose, shape (3,).
+        point: a point on a rotary axis [mm], world coordinates at the zero pose, shape (3,).
+        lower, upper: travel [mm or deg]; -inf and inf when unlimited.
+        rapid: rapid rate [mm/s or deg/s].
+        max_acceleration: [mm/s^2 or deg/s^2], None when not given.
+        wrap: reading of rotary words: none | shortest | sign.
+    """
+
+    name: str
+    rotary: bool
+    parent: str
+    child: str
+    axis: NDArray[np.float64]
+    point: NDArray[np.float64]
+    lower: float
+    upper: float
+    rapid: float
+    max_acceleration: float | None = None
+    wrap: str = "none"
+
+
+@dataclass(frozen=True)
+class Part:
+    """One closed shape of a body.
+
+    Attributes:
+        name: unique within its body (flute, shank, holder; table, cradle, ...).
+        triangles: (n, 3, 3) float64 [mm], world coordinates at the zero pose, outward oriented.
+        closed: the mesh is watertight, so inside and outside are defined.
+        role: machine | flute | shank | holder | fixture | part | stock.
+        source: file or primitive it was made from.
+    """
+
+    name: str
+    triangles: NDArray[np.float64]
+    closed: bool = True
+    role: str = "machine"
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class Body:
+    """What moves with one link: the link's own shape, a mounted tool, or a fixture of the setup."""
+
+    name: str
+    link: str
+    parts: tuple[Part, ...]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies that must not touch, in the order in which they are reported.
+
+    Attributes:
+        a, b: names of bodies.
+        parts_a, parts_b: names of the parts that count; None = all.
+        clearance: distance that must stay free [mm].
+        severity: severity of a finding about the clearance: warning | error.
+    """
+
+    a: str
+    b: str
+    parts_a: tuple[str, ...] | None = None
+    parts_b: tuple[str, ...] | None = None
+    clearance: float = 0.0
+    severity: str = "warning"
+
+    @property
+    def name(self) -> str:
+        """The pair as people write it: ``cutter-C``."""
+        return f"{self.a}-{self.b}"
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A tool of the tools file.
+
+    Attributes:
+        length: gauge point to tip [mm].
+        offset: length and axis offsets as the control's table holds them, shape (6,): mm and deg.
+        diameter: [mm].
+        parts: flute, shank, holder with the gauge point at the origin, tool axis +Z from the tip
+            towards the spindle; empty when the file gives no shape.
+        unchecked: names of parts the file gives no shape for ("holder").
+    """
+
+    number: int
+    name: str
+    length: float
+    diameter: float
+    offset: tuple[float, float, float, float, float, float]
+    parts: tuple[Part, ...] = ()
+    unchecked: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class ToolMount:
+    """Where tools are carried.
+
+    Attributes:
+        name: body name that stands for whatever tool is mounted ("cutter").
+        link: link that carries it.
+        gauge_point: spindle face centre [mm], world coordinates at the zero pose, shape (3,).
+        axis: unit vector from the tip towards the spindle, shape (3,).
+        mounted: parts of the tool mounted at the start, world coordinates; empty = none.
+        length: length of the mounted tool [mm], 0 when none.
+        for_all: the mounted tool stands for every T number.
+    """
+
+    name: str
+    link: str
+    gauge_point: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    mounted: tuple[Part, ...] = ()
+    length: float = 0.0
+    for_all: bool = False
+
+
+@dataclass(frozen=True)
+class WorkOffset:
+    """A work offset: X Y Z A B C [mm, deg] and the XY rotation [deg]."""
+
+    value: tuple[float, float, float, float, float, float] = (0.0,) * 6
+    rotation: float = 0.0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A machine, its setup and its tools, ready to be checked.
+
+    Attributes:
+        links: names, parents before children; the first is the root.
+        joints: parents before children. Every link but the root is the child of exactly one joint.
+        bodies: by name; every link with a shape has one of the same name, setup bodies follow.
+        tool: the tool mount, None for a machine without one.
+        tools: tool table by number; None when no tools file was supplied.
+        pairs: the pairs to check, in alphabetical order (casefolded); index = tie order.
+        allowed: pairs excused, with the reason.
+        unchecked_by_rule: lines for the report: what is not checked by rule, and why.
+        offsets: work offsets by number (1 = G54 ... 9 = G59.3; 101.. = G54.1 P1..).
+        reference: "G28" and "G30" -> axis letter -> machine position.
+        start: axis letter -> machine position at program start.
+        dialect: name; dialect_overrides: single keys of nc-language section 13.
+        m_codes, g_codes: number -> "none" | "clamp" | "stop".
+        arc: tolerance keys given in the file.
+        findings: GC5xx about the model.
+    """
+
+    name: str
+    path: str
+    verified: bool
+    links: tuple[str, ...]
+    joints: tuple[Joint, ...]
+    bodies: Mapping[str, Body]
+    pairs: tuple[Pair, ...]
+    tool: ToolMount | None
+    tools: Mapping[int, Tool] | None
+    work_link: str | None
+    offsets: Mapping[int, WorkOffset]
+    reference: Mapping[str, Mapping[str, float]]
+    start: Mapping[str, float]
+    dialect: str
+    dialect_overrides: Mapping[str, Any] = field(default_factory=dict)
+    m_codes: Mapping[float, str] = field(default_factory=dict)
+    g_codes: Mapping[float, str] = field(default_factory=dict)
+    ignore_words: frozenset[str] = frozenset()
+    arc: Mapping[str, float] = field(default_factory=dict)
+    path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
+    allowed: tuple[tuple[str, str, str], ...] = ()
+    unchecked_by_rule: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axis letters, in joint order."""
+        return tuple(joint.name for joint in self.joints)

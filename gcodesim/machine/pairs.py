@@ -1,0 +1,171 @@
+"""Which bodies must not touch: the pairs a machine file names, or the default set."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from gcodesim.machine.model import Joint, Pair
+from gcodesim.machine.schema import Allowed, PairSpec
+from gcodesim.machine.yaml_lines import YamlFile, suggest
+
+LINK, TOOL = "link", "tool"
+CUT = ("part", "stock")
+
+
+@dataclass(frozen=True)
+class Member:
+    """A body as far as pairs are concerned.
+
+    Attributes:
+        name: of the body.
+        link: link that carries it.
+        role: link | tool | fixture | part | stock.
+        parts: names of its parts, or of those it may get (a tool); empty: it can have no shape.
+        uncut: parts of a tool that may not touch part or stock: all but the flute.
+    """
+
+    name: str
+    link: str
+    role: str
+    parts: tuple[str, ...] = ()
+    uncut: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class PairSet:
+    """The pairs to check, in alphabetical order, and what is left out by rule, as lines."""
+
+    pairs: tuple[Pair, ...]
+    unchecked_by_rule: tuple[str, ...]
+
+
+def choose_pairs(
+    members: Sequence[Member],
+    joints: Sequence[Joint],
+    named: Sequence[PairSpec] | None,
+    allowed: Sequence[Allowed],
+    source: YamlFile,
+) -> PairSet:
+    """The pairs of a machine with its tool and setup.
+
+    Args:
+        members: all links and setup bodies with a shape, and the tool.
+        joints: of the machine.
+        named: `pairs:` of the machine file; it replaces the default set except for setup bodies.
+        allowed: `allow:` of the machine file; takes pairs out of either.
+        source: the machine file, for errors.
+
+    Raises:
+        ModelError: an unknown body or part, a pair of a body with itself, or a pair named twice.
+    """
+    bodies = {member.name: member for member in members}
+    default = default_pairs(members, joints)
+    if named is None:
+        pairs = default
+    else:
+        of_setup = [p for p in default if {bodies[p.a].role, bodies[p.b].role} - {LINK, TOOL}]
+        written = _named_pairs(named, bodies, source)
+        pairs = written + [p for p in of_setup if not _is_in(p, written)]
+    excused = [_excused(spec, bodies, i, source) for i, spec in enumerate(allowed)]
+    pairs = [pair for pair in pairs if {pair.a, pair.b} not in excused]
+    kept, lines = [], []
+    for pair in pairs:
+        rest, line = _by_rule(pair, bodies)
+        kept += [rest] if rest else []
+        lines += [line] if line else []
+    return PairSet(tuple(sorted(kept, key=_alphabetical)), tuple(sorted(set(lines))))
+
+
+def default_pairs(members: Sequence[Member], joints: Sequence[Joint]) -> list[Pair]:
+    """Every two bodies with a joint between them, less neighbours: links joined by one joint.
+
+    Neighbouring links overlap in their guideways and bearings. A tool or a setup body has none of
+    those, so that a fixture is checked against the link below its table too.
+    """
+    parent = {joint.child: joint.parent for joint in joints}
+    pairs = []
+    for a, b in combinations(sorted(members, key=lambda m: (m.role != TOOL, m.name.casefold())), 2):
+        between = len(_ancestry(a.link, parent) ^ _ancestry(b.link, parent))
+        if between > (1 if a.role == b.role == LINK else 0):
+            pairs.append(Pair(a.name, b.name))
+    return pairs
+
+
+def _ancestry(link: str, parent: Mapping[str, str]) -> set[str]:
+    """The link and its ancestors, the root left out: one per joint above it."""
+    chain = set()
+    while link in parent:
+        chain.add(link)
+        link = parent[link]
+    return chain
+
+
+def _alphabetical(pair: Pair) -> tuple[str, ...]:
+    return (pair.a.casefold(), pair.b.casefold(), pair.a, pair.b,
+            *(pair.parts_a or ()), "|", *(pair.parts_b or ()))  # fmt: skip
+
+
+def _is_in(pair: Pair, others: Sequence[Pair]) -> bool:
+    return any({pair.a, pair.b} == {other.a, other.b} for other in others)
+
+
+def _named_pairs(
+    named: Sequence[PairSpec], bodies: Mapping[str, Member], source: YamlFile
+) -> list[Pair]:
+    """The pairs as written."""
+    pairs: list[Pair] = []
+    seen: dict[frozenset[str], int] = {}
+    for i, spec in enumerate(named):
+        (a, parts_a), (b, parts_b) = (_side(name, bodies, i, source) for name in spec.links)
+        if a == b:
+            raise source.error(f"{a} is paired with itself: name two bodies", "pairs", i)
+        first = seen.setdefault(frozenset(spec.links), i)
+        if first != i:
+            line = source.line(("pairs", str(first)))
+            raise source.error(f"{a} and {b} are paired twice, first in line {line}", "pairs", i)
+        pairs.append(Pair(a, b, parts_a, parts_b, spec.clearance, spec.severity))
+    return pairs
+
+
+def _side(
+    name: str, bodies: Mapping[str, Member], index: int, source: YamlFile
+) -> tuple[str, tuple[str, ...] | None]:
+    """Body and parts that one side of a named pair means: `C` or `C.table`."""
+    body, _, part = name.partition(".")
+    if body not in bodies:
+        text = f"no body named {body!r} has a shape; {suggest(body, bodies)}"
+        raise source.error(text, "pairs", index)
+    if part and part not in bodies[body].parts:
+        text = f"{body} has no part {part!r}; {suggest(part, bodies[body].parts)}"
+        raise source.error(text, "pairs", index)
+    return body, (part,) if part else None
+
+
+def _excused(
+    spec: Allowed, bodies: Mapping[str, Member], index: int, source: YamlFile
+) -> set[str]:
+    for name in spec.links:
+        if name not in bodies:
+            text = f"no body named {name!r} has a shape; {suggest(name, bodies)}"
+            raise source.error(text, "allow", index)
+    return set(spec.links)
+
+
+def _by_rule(pair: Pair, bodies: Mapping[str, Member]) -> tuple[Pair | None, str]:
+    """What is left of a pair by rule, and the line that says what is not checked, "" for none."""
+    a, b = bodies[pair.a], bodies[pair.b]
+    for body in (a, b):
+        if not body.parts:
+            return None, f"{pair.name}: {body.name} has no shape (no mounted tool, no tools file)"
+    tool, other = (a, b) if a.role == TOOL else (b, a)
+    if tool.role != TOOL or other.role not in CUT:
+        return pair, ""
+    wanted = (pair.parts_a if tool is a else pair.parts_b) or tool.uncut
+    rest = tuple(part for part in tool.uncut if part in wanted)
+    what = "flute" if rest else "the tool, one shape or flute only,"
+    line = f"{pair.name}: {what} against {other.role} is cutting, not collision"
+    if not rest:
+        return None, line
+    return replace(pair, parts_a=rest) if tool is a else replace(pair, parts_b=rest), line

@@ -1,0 +1,424 @@
+"""What machine, tools and setup files may hold: pydantic models, whose descriptions are the manual.
+
+Lengths mm, angles degrees, speeds mm/min and deg/min, accelerations mm/s^2 and deg/s^2.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
+
+from gcodesim.machine.yaml_lines import suggest
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+Natural = Annotated[int, Field(strict=True, ge=1)]
+Vector = tuple[Number, Number, Number]
+Size = tuple[Positive, Positive, Positive]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
+PartName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$")]
+Axis = Literal["X", "Y", "Z", "A", "B", "C"]
+Profile = Annotated[list[tuple[Number, Number]], Field(min_length=2)]
+Unit = Literal["mm", "inch", "m"]
+CodeEffect = Literal["none", "clamp", "stop"]
+Position = dict[Axis, Number]
+Severity = Literal["warning", "error"]
+
+ORIGIN = (0.0, 0.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+
+
+class Section(BaseModel):
+    """A mapping of the file: unknown keys are refused, and an empty one may be left blank."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        if data is None:
+            return {}
+        if isinstance(data, dict):
+            valid = [f.alias or name for name, f in cls.model_fields.items()]
+            for key in data:
+                if key not in valid:
+                    context = {"hint": suggest(key, valid), "below": (str(key),)}
+                    raise PydanticCustomError("unknown_key", "unknown key; {hint}", context)
+        return data
+
+
+class Placement(Section):
+    """Where a shape is put: turned about fixed X, then Y, then Z, then shifted."""
+
+    translate: Vector = Field(ORIGIN, description="shift [mm]")
+    rotate: Vector = Field(ORIGIN, description="turns about fixed X, Y, Z in this order [deg]")
+
+
+class Box(Section):
+    """An axis-parallel box."""
+
+    size: Size = Field(description="edge lengths along X, Y, Z [mm]")
+    center: Vector = Field(ORIGIN, description="middle of the box [mm]")
+
+
+class Cylinder(Section):
+    """A cylinder, drawn around: never smaller than the ideal one."""
+
+    radius: Positive = Field(description="[mm]")
+    height: Positive = Field(description="[mm]")
+    center: Vector = Field(ORIGIN, description="middle of the cylinder [mm]")
+    axis: Vector = Field(UP, description="direction; any length but 0")
+
+
+class Cone(Cylinder):
+    """A cone or frustum, drawn around: never smaller than the ideal one."""
+
+    top_radius: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
+        0.0, description="radius at the end the axis points to; `radius` is at the other [mm]"
+    )
+
+
+class Extrude(Section):
+    """A prism over a polygon, standing on z = 0."""
+
+    polygon: Annotated[list[tuple[Number, Number]], Field(min_length=3)] = Field(
+        description="corners [x, y] of a simple polygon [mm]"
+    )
+    height: Positive = Field(description="[mm]")
+
+
+SHAPE_KEYS = ("mesh", "box", "cylinder", "cone", "revolve", "extrude")
+
+
+class Shape(Section):
+    """One closed shape: a mesh file or a primitive."""
+
+    mesh: str | None = Field(None, description="mesh file, relative to this file")
+    box: Box | None = None
+    cylinder: Cylinder | None = None
+    cone: Cone | None = None
+    revolve: Profile | None = Field(
+        None, description="solid of revolution about Z: points [r, z], z never turning back [mm]"
+    )
+    extrude: Extrude | None = None
+    placement: Placement | None = Field(None, description="left out: where it was drawn")
+
+    @property
+    def kind(self) -> str:
+        """The key that gives the shape, "" when there is none."""
+        return next((key for key in SHAPE_KEYS if getattr(self, key) is not None), "")
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Shape:
+        given = [key for key in SHAPE_KEYS if getattr(self, key) is not None]
+        if len(given) > 1:
+            raise PydanticCustomError("shape", "{n} given: one shape only, or a list under `parts`",
+                                      {"n": " and ".join(given)})  # fmt: skip
+        return self
+
+
+class NamedShape(Shape):
+    """A shape of a body that has several."""
+
+    name: Name = Field(description="unique within the body; appears in findings")
+
+    @model_validator(mode="after")
+    def _has_shape(self) -> NamedShape:
+        if not self.kind:
+            raise PydanticCustomError("shape", f"a part needs one of {', '.join(SHAPE_KEYS)}")
+        return self
+
+
+class BodyShapes(Shape):
+    """The shape of a body: one shape, several under `parts`, or none."""
+
+    parts: list[NamedShape] | None = Field(None, description="several shapes, each with a name")
+
+    @model_validator(mode="after")
+    def _shape_or_parts(self) -> BodyShapes:
+        if self.parts is None:
+            return self
+        if self.kind:
+            raise PydanticCustomError("shape", f"give `{self.kind}` or `parts`, not both")
+        names = [part.name for part in self.parts]
+        if len(set(names)) < len(names) or not names:
+            raise PydanticCustomError("shape", "parts need at least one entry and different names")
+        return self
+
+
+class Link(BodyShapes):
+    """A link; geometry in world coordinates at the zero pose of all joints."""
+
+
+class JointSpec(Section):
+    """A moving pair; its key is the axis letter of the program."""
+
+    type: Literal["linear", "rotary"]
+    parent: Name = Field(description="link nearer to the root")
+    child: Name = Field(description="link that the joint moves")
+    axis: Vector = Field(
+        description="direction in which the CHILD physically moves or turns (right hand) when the "
+        "command grows, world coordinates at the zero pose; normalised"
+    )
+    point: Vector | None = Field(None, description="a point on the axis of a rotary joint [mm]")
+    limits: tuple[Number, Number] | None = Field(
+        None, description="travel, lower and upper [mm or deg]; left out: unlimited"
+    )
+    rapid: Positive = Field(description="rapid rate [mm/min or deg/min]")
+    max_acceleration: Positive | None = Field(None, description="[mm/s^2 or deg/s^2]")
+    wrap: Literal["none", "shortest", "sign"] = Field(
+        "none", description="reading of rotary words: unwound, modulo 360 the nearer way, by sign"
+    )
+
+
+class Mounted(BodyShapes):
+    """The tool in the spindle at the start; geometry in world coordinates at the zero pose."""
+
+    name: Name = Field("tool", description="name of the body in pairs and findings")
+    length: Positive = Field(description="gauge point to tip [mm]")
+    for_: Literal["all"] | None = Field(
+        None, alias="for", description="`all`: it stands for every T number"
+    )
+
+
+class ToolSpec(Section):
+    """Where tools are carried."""
+
+    link: Name = Field(description="the link that carries the tool")
+    gauge_point: Vector = Field(description="spindle face centre at the zero pose [mm]")
+    axis: Vector = Field(UP, description="from the tip towards the spindle; normalised")
+    mounted: Mounted | None = None
+
+
+class Offset(Section):
+    """A work offset."""
+
+    X: Number = Field(0.0, description="[mm]")
+    Y: Number = Field(0.0, description="[mm]")
+    Z: Number = Field(0.0, description="[mm]")
+    A: Number = Field(0.0, description="[deg]")
+    B: Number = Field(0.0, description="[deg]")
+    C: Number = Field(0.0, description="[deg]")
+    R: Number = Field(0.0, description="rotation in the XY plane [deg]")
+
+
+def offset_number(name: str) -> int:
+    """Number of a work offset: G54 = 1 ... G59.3 = 9, G54.1 P1 = 101 ...; 0 for no such name."""
+    plain = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+    additional = re.fullmatch(r"G54\.1 ?P([1-9]\d{0,2})", name)
+    if additional:
+        return 100 + int(additional[1])
+    return plain.index(name) + 1 if name in plain else 0
+
+
+def _offset_name(name: str) -> str:
+    if not offset_number(name):
+        raise PydanticCustomError("offset", "write G54 ... G59, G59.1 ... G59.3 or G54.1 P1 ...")
+    return name
+
+
+OffsetName = Annotated[str, AfterValidator(_offset_name)]
+Offsets = dict[OffsetName, Offset]
+
+
+class Work(Section):
+    """The work piece: what carries it and where its zero points are."""
+
+    link: Name = Field(description="the link that carries the work piece")
+    offsets: Offsets = Field(
+        default_factory=dict, description="by name: G54 ... G59, G59.1 ... G59.3, G54.1 P1 ..."
+    )
+
+
+class PairSpec(Section):
+    """Two bodies that must not touch; `[a, b]` for short."""
+
+    model_config = ConfigDict(
+        json_schema_extra=lambda schema: _allow_short_pair(schema),  # noqa: PLW0108 (defined below)
+    )
+    links: tuple[PartName, PartName] = Field(
+        description="names of links, of the tool, or of one part: `C.table`"
+    )
+    clearance: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
+        0.0, description="distance that must stay free [mm]"
+    )
+    severity: Severity = Field("warning", description="of a finding about the clearance")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, data: Any) -> Any:
+        return {"links": data} if isinstance(data, list) else data
+
+
+def _allow_short_pair(schema: dict[str, Any]) -> None:
+    """JSON Schema: a pair is the mapping or a list of two names."""
+    mapping = dict(schema)
+    schema.clear()
+    names = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
+    schema["anyOf"] = [names, mapping]
+
+
+class Allowed(Section):
+    """A pair that may touch."""
+
+    links: tuple[Name, Name] = Field(description="the two bodies")
+    reason: Annotated[str, Field(min_length=1)] = Field(description="why, for the report")
+
+
+class Arc(Section):
+    """Tolerances of arc words."""
+
+    tol_mm: Positive | None = Field(None, description="start and end radius may differ by this")
+    tol_rel: Positive | None = Field(None, description="the same, as a share of the radius")
+    tol_max_mm: Positive | None = Field(None, description="the largest difference of all")
+    r_tol_mm: Positive | None = Field(None, description="half chord may exceed R by this [mm]")
+    r_and_ijk: Literal["error", "r_wins"] | None = Field(None, description="R together with I J K")
+
+
+class PathTolerance(Section):
+    """How far the control may leave the programmed path; null: exact path assumed, and said."""
+
+    G64: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
+        None, description="[mm]"
+    )
+    rapid: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
+        None, description="[mm]"
+    )
+
+
+class MachineFile(Section):
+    """A machine.yaml."""
+
+    name: Name
+    verified: bool = Field(False, description="someone has measured the real machine")
+    units: Unit = Field("mm", description="of the mesh files")
+    dialect: Literal["fanuc", "haas", "linuxcnc"] = "fanuc"
+    cycle_return: Literal["G98", "G99"] | None = Field(None, description="in force at the start")
+    dwell_unit: Literal["ms", "s", "point"] | None = Field(
+        None, description="of P in G4 and cycles; `point`: ms without a decimal point, s with one"
+    )
+    rapids: Literal["dogleg", "linear"] | None = Field(None, description="path of a rapid move")
+    vacant_word: Literal["drop", "zero"] | None = Field(
+        None, description="a word whose parameter is vacant"
+    )
+    m99_in_main: Literal["end", "restart"] | None = Field(None, description="M99 in a main program")
+    peck_backoff: Positive | None = Field(None, description="back-off of G73 and G83 [mm]")
+    links: Annotated[dict[Name, Link], Field(min_length=1)]
+    joints: Annotated[dict[Axis, JointSpec], Field(min_length=1)]
+    tool: ToolSpec | None = None
+    work: Work | None = None
+    reference: dict[Literal["G28", "G30"], Position] = Field(
+        default_factory=dict, description="machine positions [mm, deg]"
+    )
+    start: Position = Field(
+        default_factory=dict, description="machine position at program start [mm, deg]; else 0"
+    )
+    pairs: list[PairSpec] | None = Field(
+        None,
+        description="left out: every two links with a moving joint between them, less neighbours",
+    )
+    allow: list[Allowed] = Field(default_factory=list, description="pairs taken out, with a reason")
+    m_codes: dict[Number, CodeEffect] = Field(default_factory=dict, description="by number")
+    g_codes: dict[Number, CodeEffect] = Field(default_factory=dict, description="by number")
+    ignore_words: list[Annotated[str, Field(pattern=r"^[A-Z]$")]] = Field(
+        default_factory=list, description="letters that are dropped, and listed in the coverage"
+    )
+    arc: Arc = Field(default_factory=Arc)
+    path_tolerance: PathTolerance = Field(default_factory=PathTolerance)
+
+
+DIALECT_KEYS = (
+    "cycle_return",
+    "dwell_unit",
+    "rapids",
+    "vacant_word",
+    "m99_in_main",
+    "peck_backoff",
+)
+
+
+class Turned(Section):
+    """A turned part of a tool: points `[r, z]`, or a mesh."""
+
+    profile: Profile | None = Field(
+        None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
+    )
+    mesh: str | None = Field(
+        None, description="mesh file, gauge point at its origin, +Z towards the spindle"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _short(cls, data: Any) -> Any:
+        return {"profile": data} if isinstance(data, list) else data
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Turned:
+        if (self.profile is None) == (self.mesh is None):
+            raise PydanticCustomError("shape", "give a list of [r, z] points or `mesh: file`")
+        return self
+
+
+class Flute(Section):
+    """The cutting part of a tool, from the tip upwards, or a mesh of it."""
+
+    diameter: Positive | None = Field(
+        None, description="where the side, drawn down, meets the plane of the tip [mm]"
+    )
+    length: Positive | None = Field(None, description="height of the cutting part from the tip [mm]")
+    corner_radius: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] = Field(
+        0.0, description="[mm]; half the diameter makes a ball"
+    )
+    taper: Annotated[float, Field(strict=True, gt=-80, lt=80, allow_inf_nan=False)] = Field(
+        0.0, description="between axis and side, positive when it widens upwards [deg]"
+    )
+    mesh: str | None = Field(
+        None, description="mesh file, gauge point at its origin, +Z towards the spindle"
+    )
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Flute:
+        if self.mesh is None and (self.diameter is None or self.length is None):
+            raise PydanticCustomError("shape", "give `diameter` and `length`, or `mesh: file`")
+        return self
+
+
+class ToolEntry(Section):
+    """One tool of the tools file."""
+
+    number: Natural = Field(description="the T number")
+    name: str = Field("", description="for people")
+    length: Positive = Field(description="gauge point to tip [mm]")
+    flute: Flute | None = None
+    shank: Turned | None = None
+    holder: Turned | None = None
+
+
+class ToolsFile(Section):
+    """A tools.yaml."""
+
+    units: Unit = Field("mm", description="of the mesh files")
+    tools: list[ToolEntry]
+
+
+class SetupBody(BodyShapes):
+    """A fixture, the part or the stock, in coordinates of the world at the zero pose."""
+
+    link: Name = Field(description="the link it is clamped to")
+    role: Literal["fixture", "part", "stock"] = Field(
+        description="flute against part or stock is cutting, not collision"
+    )
+
+
+class SetupFile(Section):
+    """A setup.yaml."""
+
+    machine: str | None = Field(None, description="machine file or name of a shipped machine")
+    tools: str | None = Field(None, description="tools file, relative to this file")
+    units: Unit = Field("mm", description="of the mesh files")
+    offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
+    start: Position = Field(default_factory=dict, description="replaces that of the machine file")
+    bodies: dict[Name, SetupBody] = Field(default_factory=dict)

@@ -1,0 +1,1 @@
+"""Motion: joint-space path pieces with their time law, and the samples along them."""

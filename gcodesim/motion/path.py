@@ -1,0 +1,123 @@
+"""The joint-space path: what every joint does over program time, as columns of path pieces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.constants import PS_PER_S
+
+ARC_PIECE = np.dtype(
+    [("u", "f8", 3), ("v", "f8", 3), ("lift", "f8", 3), ("r0", "f8"), ("r1", "f8"), ("sweep", "f8")]
+)
+"""An arc in the joints X Y Z: unit vector u from the centre to the start, v = u turned by +90
+degrees in the plane, lift = motion along the normal [mm], radius r0 at the start and r1 at the end
+[mm], sweep [deg] (positive from u to v, turns included)."""
+
+CONSTANT_SPEED = (1.0, 0.0, 0.0)
+"""Time law of constant speed: see Path.law."""
+
+
+@dataclass(frozen=True)
+class Path:
+    """n pieces, one after the other; piece i covers the times (bounds_ps[i], bounds_ps[i+1]].
+
+    Linear joints are in mm; rotary joints stay in degrees to the end, because only degrees can be
+    reduced to one turn without rounding.
+
+    Attributes:
+        joints: joint names, the order of the columns.
+        bounds_ps: piece ends [ps], shape (n + 1,), strictly ascending from 0.
+        q0, q1: joint positions at start and end, shape (n, joints).
+        law: (c1, c2, c3) with s = c1 tau + c2 tau^2 + c3 tau^3, where tau runs 0..1 over the
+            piece and s is the fraction of its path; shape (n, 3).
+        arc: row in arcs, -1 for a joint-linear piece, shape (n,).
+        arcs: rows of ARC_PIECE.
+        xyz: columns of the joints X, Y, Z (-1: no such joint).
+        line: source line, shape (n,).
+        tool: number of the tool in the spindle, shape (n,).
+    """
+
+    joints: tuple[str, ...]
+    bounds_ps: NDArray[np.int64]
+    q0: NDArray[np.float64]
+    q1: NDArray[np.float64]
+    law: NDArray[np.float64]
+    arc: NDArray[np.int32]
+    arcs: NDArray[np.void]
+    xyz: tuple[int, int, int]
+    line: NDArray[np.int32]
+    tool: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.line)
+
+    @property
+    def duration_ps(self) -> int:
+        """Program time [ps]."""
+        return int(self.bounds_ps[-1])
+
+    @property
+    def duration_s(self) -> float:
+        """Program time [s]."""
+        return self.duration_ps / PS_PER_S
+
+    def piece_at(self, time_ps: NDArray[np.int64]) -> NDArray[np.int32]:
+        """Piece in force at each time; a time on a boundary belongs to the piece that ends there."""
+        piece = np.searchsorted(self.bounds_ps, time_ps, side="left") - 1
+        return np.clip(piece, 0, max(len(self) - 1, 0)).astype(np.int32)
+
+    def positions(self, time_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Joint positions at the given times, shape (m, joints) [mm, deg].
+
+        The NumPy twin of `joint_position` in collision/poses.py.
+        """
+        times = np.atleast_1d(np.asarray(time_ps, dtype=np.int64))
+        piece = self.piece_at(times)
+        start, end = self.bounds_ps[piece], self.bounds_ps[piece + 1]
+        tau = (times - start) / (end - start)
+        return self.positions_on(piece, path_fraction(self.law[piece], tau))
+
+    def positions_on(
+        self, piece: NDArray[np.integer], s: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Joint positions at path fractions `s` of the pieces `piece`, shape (m, joints)."""
+        q0, q1 = self.q0[piece], self.q1[piece]
+        q = q0 + s[:, None] * (q1 - q0)
+        on_arc = np.flatnonzero(self.arc[piece] >= 0)
+        if len(on_arc):
+            arcs = self.arcs[self.arc[piece[on_arc]]]
+            moved = arc_displacement(arcs, s[on_arc])
+            for axis, column in enumerate(self.xyz):
+                if column >= 0:
+                    q[on_arc, column] = q0[on_arc, column] + moved[:, axis]
+        at_end = s >= 1.0
+        q[at_end] = q1[at_end]
+        return q
+
+
+def path_fraction(law: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Evaluate the time law: fraction of the path at the fraction `tau` of the duration."""
+    s = tau * (law[:, 0] + tau * (law[:, 1] + tau * law[:, 2]))
+    return np.where(tau >= 1.0, 1.0, s)
+
+
+def arc_displacement(
+    arcs: NDArray[np.void], s: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Displacement from the start point after the fraction `s` of each arc, shape (m, 3) [mm].
+
+    Written as a chord, 2 r sin(d/2), so that a tiny arc of a huge radius loses no digits.
+    """
+    half = np.radians(arcs["sweep"] * s * 0.5)
+    sine, cosine = np.sin(half), np.cos(half)
+    grown = (arcs["r1"] - arcs["r0"]) * s
+    radius = arcs["r0"] + grown
+    along_u = grown - 2.0 * radius * sine * sine
+    along_v = 2.0 * radius * sine * cosine
+    moved: NDArray[np.float64] = (
+        along_u[:, None] * arcs["u"] + along_v[:, None] * arcs["v"] + s[:, None] * arcs["lift"]
+    )
+    return moved

@@ -1,0 +1,172 @@
+"""Planning: from the canonical program to the joint-space path with its time law."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.constants import FULL_CIRCLE_MM, MAX_TIME_PS, PS_PER_S
+from gcodesim.findings import Finding
+from gcodesim.machine.model import Machine
+from gcodesim.motion.path import ARC_PIECE, CONSTANT_SPEED, Path
+from gcodesim.nc.program import AXES, CanonicalProgram, FeedMode, Kind, path_lengths
+
+
+def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Finding]]:
+    """Turn canonical moves into path pieces at constant feed, rapids at the slowest axis' rate.
+
+    Blocks that ask an axis for more than its rapid rate are stretched (GC303). A program longer
+    than the clock can count ends where the clock does (GC424).
+    """
+    is_move = np.isin(program.kind, (Kind.RAPID, Kind.FEED, Kind.ARC))
+    columns = [AXES.index(joint.name) for joint in machine.joints]
+    before, after = _move_ends(program, is_move)
+    lengths = path_lengths(program)
+    keep = (is_move & (lengths > 0.0)) | ((program.kind == Kind.DWELL) & (program.f > 0.0))
+    rows = np.flatnonzero(keep | (is_move & np.any(before != after, axis=1)))
+
+    q0, q1 = before[rows][:, columns], after[rows][:, columns]
+    wanted = _feed_times(program, lengths, rows)
+    least = _least_times(machine, q0, q1)
+    seconds = np.where(program.kind[rows] == Kind.RAPID, least, np.maximum(wanted, least))
+    findings = _stretched(program, rows, wanted, least)
+
+    bounds, kept = _clock(seconds)
+    if kept < len(rows):
+        line = int(program.line[rows[kept]])
+        message = f"program time passes {MAX_TIME_PS / PS_PER_S:.3g} s here; what follows is not checked"
+        findings.append(Finding("GC424", message, "time_limit", line=line))
+        rows, q0, q1 = rows[:kept], q0[:kept], q1[:kept]
+    arc, arcs = _arc_pieces(program, rows, before, after)
+    names = machine.axes
+    path = Path(
+        joints=names,
+        bounds_ps=bounds,
+        q0=q0,
+        q1=q1,
+        law=np.tile(CONSTANT_SPEED, (len(rows), 1)),
+        arc=arc,
+        arcs=arcs,
+        xyz=tuple(names.index(a) if a in names else -1 for a in "XYZ"),  # type: ignore[arg-type]
+        line=program.line[rows].astype(np.int32),
+        tool=_tools_in_force(program)[rows],
+    )
+    return path, findings
+
+
+def _move_ends(
+    program: CanonicalProgram, is_move: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Position before and after every command, each of shape (n, 6)."""
+    last = np.maximum.accumulate(np.where(is_move, np.arange(len(program)), -1))
+    stops = np.vstack([program.start[None, :], program.to])
+    after = stops[last + 1]
+    before = np.vstack([program.start[None, :], after[:-1]]) if len(program) else after
+    return before, after
+
+
+def _feed_times(
+    program: CanonicalProgram, lengths: NDArray[np.float64], rows: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Seconds each command takes at its programmed feed; rapids 0, dwells their own time."""
+    kind, mode, feed = program.kind[rows], program.feed_mode[rows], program.f[rows]
+    rate = np.where(mode == FeedMode.PER_REVOLUTION, feed * program.speed[rows], feed)
+    amount = np.where(mode == FeedMode.INVERSE_TIME, 1.0, lengths[rows])
+    moving = np.isin(kind, (Kind.FEED, Kind.ARC))
+    seconds = 60.0 * np.divide(amount, rate, out=np.zeros_like(rate), where=moving & (rate > 0))
+    return np.where(kind == Kind.DWELL, feed, seconds)
+
+
+def _least_times(
+    machine: Machine, q0: NDArray[np.float64], q1: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Seconds each move takes at least: the slowest axis at its rapid rate (end to end)."""
+    rates = np.array([joint.rapid for joint in machine.joints])
+    least: NDArray[np.float64] = np.max(np.abs(q1 - q0) / rates, axis=1, initial=0.0)
+    return least
+
+
+def _stretched(
+    program: CanonicalProgram,
+    rows: NDArray[np.intp],
+    wanted: NDArray[np.float64],
+    least: NDArray[np.float64],
+) -> list[Finding]:
+    slow = np.flatnonzero((program.kind[rows] == Kind.FEED) & (wanted < least * (1.0 - 1e-12)))
+    if not len(slow):
+        return []
+    worst = slow[np.argmax(least[slow] - wanted[slow])]
+    message = (
+        f"{len(slow)} block(s) stretched because an axis cannot keep the feed; most here: "
+        f"{wanted[worst]:.4g} s programmed, {least[worst]:.4g} s needed"
+    )
+    line = int(program.line[rows[worst]])
+    return [Finding("GC303", message, "axis_too_slow", line=line)]
+
+
+def _clock(seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], int]:
+    """Piece boundaries in picoseconds, and how many pieces fit the range of the clock.
+
+    Integers add without rounding, so the cycle time is the same for any chunking: 1e6 blocks of
+    half a picosecond of rounding each stay below 1e-6 s. A move takes at least 1 ps.
+    """
+    fits = np.cumsum(seconds) * PS_PER_S < MAX_TIME_PS
+    kept = int(np.argmin(fits)) if not fits.all() else len(seconds)
+    ticks = np.maximum(np.rint(seconds[:kept] * PS_PER_S), 1.0).astype(np.int64)
+    return np.concatenate([np.zeros(1, np.int64), np.cumsum(ticks)]), kept
+
+
+def _tools_in_force(program: CanonicalProgram) -> NDArray[np.int32]:
+    """Tool number in the spindle during every command; 0 before the first tool change."""
+    change = program.kind == Kind.TOOL
+    last = np.maximum.accumulate(np.where(change, np.arange(len(program)), -1))
+    numbers = np.where(last >= 0, program.aux[last], 0) if len(program) else last
+    return numbers.astype(np.int32)
+
+
+def _arc_pieces(
+    program: CanonicalProgram,
+    rows: NDArray[np.intp],
+    before: NDArray[np.float64],
+    after: NDArray[np.float64],
+) -> tuple[NDArray[np.int32], NDArray[np.void]]:
+    """Arc index per piece and the arcs in displacement form."""
+    on_arc = np.flatnonzero(program.kind[rows] == Kind.ARC)
+    index = np.full(len(rows), -1, np.int32)
+    index[on_arc] = np.arange(len(on_arc), dtype=np.int32)
+    chosen = rows[on_arc]
+    source = program.arcs[program.aux[chosen]]
+    return index, displacement_arcs(source, before[chosen, :3], after[chosen, :3])
+
+
+def displacement_arcs(
+    source: NDArray[np.void], start: NDArray[np.float64], end: NDArray[np.float64]
+) -> NDArray[np.void]:
+    """ARC_PIECE rows for arcs (nc ARC_DTYPE) from `start` to `end`, shapes (n, 3) [mm].
+
+    The sweep lies in (0, 360] degrees plus the extra turns; an end that coincides with the start in
+    the plane (within FULL_CIRCLE_MM) is a full circle.
+    """
+    normal = source["normal"]
+    arcs = np.zeros(len(source), ARC_PIECE)
+    u, arcs["r0"] = _in_plane(start - source["center"], normal)
+    e, arcs["r1"] = _in_plane(end - source["center"], normal)
+    v = np.cross(normal, u)
+    angle = np.degrees(np.arctan2(np.sum(e * v, axis=1), np.sum(e * u, axis=1)))
+    turn = np.where(source["turns"] > 0, 1.0, -1.0)
+    sweep = np.where(angle * turn <= 0.0, angle * turn + 360.0, angle * turn)
+    chord = np.linalg.norm(np.cross(normal, end - start), axis=1)
+    sweep = np.where(chord <= FULL_CIRCLE_MM, 360.0, sweep)
+    arcs["sweep"] = turn * (sweep + 360.0 * (np.abs(source["turns"]) - 1))
+    arcs["u"], arcs["v"] = u, v
+    arcs["lift"] = np.sum((end - start) * normal, axis=1)[:, None] * normal
+    return arcs
+
+
+def _in_plane(
+    vector: NDArray[np.float64], normal: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Unit direction and length of the part of `vector` perpendicular to `normal`."""
+    flat = vector - np.sum(vector * normal, axis=1)[:, None] * normal
+    length = np.linalg.norm(flat, axis=1)
+    return flat / np.where(length > 0.0, length, 1.0)[:, None], length

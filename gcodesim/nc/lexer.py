@@ -1,0 +1,71 @@
+r"""From a line of text to words; what the words mean is decided elsewhere.
+
+    line    = [ "/" [digit] ] [ ":" number ] { word | comment }  |  "%"
+    word    = letter number            blanks mean nothing, case means nothing
+    number  = [ sign ] digits [ "." digits ] | [ sign ] "." digits
+    comment = "(" text ")" | ";" text to the end of the line
+"""
+
+from __future__ import annotations
+
+import re
+
+from gcodesim.errors import ProgramError
+from gcodesim.nc.block import Block
+
+MAX_LINE_LENGTH = 4096
+
+# One pass finds words; what is no word comes out, character by character, as the third group.
+TOKEN = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(.)", re.DOTALL)
+COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
+DELETE = re.compile(r"/[1-9]?")
+MESSAGE = re.compile(r"\(\s*(?:MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
+MACRO = re.compile(
+    r"[#\[\]=<>]|GOTO|WHILE|THEN|IF|END[0-9]|DO[0-9]"
+    r"|^O[0-9]+(SUB|ENDSUB|CALL|RETURN|ELSE|ENDIF|DO|ENDWHILE|REPEAT|ENDREPEAT|BREAK|CONTINUE)"
+)
+
+
+def lex(block: Block) -> None:
+    """Fill in the tokens, messages and delete mark of a block from its text.
+
+    Raises:
+        ProgramError: a comment is not closed, or the line is too long.
+    """
+    text = block.text
+    if len(text) > MAX_LINE_LENGTH:
+        raise block.error("line_too_long", f"{len(text)} characters")
+    if "(" in text or ";" in text:
+        _blank_comments(block)
+    compact = block.code.replace(" ", "").replace("\t", "")
+    # Letters beyond ASCII stay as they are: upper() may turn them into words (U+017F into S).
+    compact = compact.upper() if compact.isascii() else compact
+    if compact[:1] == "/":
+        block.deleted = True
+        compact = DELETE.sub("", compact, count=1)
+    elif compact[:1] == ":":
+        compact = "O" + compact[1:]
+    block.tokens = TOKEN.findall(compact)
+
+
+def _blank_comments(block: Block) -> None:
+    """Turn comments into blanks and keep their messages."""
+    comments = COMMENT.findall(block.text)
+    block.code = COMMENT.sub(lambda match: " " * len(match[0]), block.text)
+    block.messages = tuple(m[1] for m in map(MESSAGE.fullmatch, comments) if m)
+    if (place := block.code.find("(")) >= 0:
+        block.tokens = [("", "", character) for character in block.code if character not in " \t"]
+        index = block.tokens.index(("", "", "("))
+        if ")" in block.text[place:]:
+            raise block.error("comment_nested", "( inside a comment", index)
+        raise block.error("comment_unclosed", "( without )", index)
+
+
+def explain(block: Block, index: int) -> ProgramError:
+    """Return the error for token `index`, which is no word."""
+    character = block.tokens[index][2]
+    if MACRO.search("".join(map("".join, block.tokens))):
+        return block.error("macro_unsupported", "macro or o-word", index)
+    if character.isalpha() and character.isascii():
+        return block.error("number_expected", f"{character} without a number", index)
+    return block.error("bad_character", repr(character), index)

@@ -1,0 +1,40 @@
+"""The modal state: one field per modal group, codes in tenths (G43.1 is 431)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(slots=True)
+class Modal:
+    """What stays in force from block to block; the comments list the members of each group.
+
+    Attributes:
+        feed: F as programmed, None when missing or cleared by a change of feed mode.
+        feed_scale: mm per length unit that was in force at the F word.
+        feed_given: an F word was read, so Control.feed no longer stands in.
+        speed: S [rev/min].
+        selected: tool number of the last T, None before it.
+        tool: tool number in the spindle, None before the first change.
+    """
+
+    motion: int = 800  # G0 G1 G2 G3, G80 = none; cycles are refused
+    plane: int = 170  # G17 G18 G19
+    distance: int = 900  # G90 G91
+    centre_distance: int = 911  # G90.1 G91.1
+    feed_mode: int = 940  # G93 G94 G95
+    unit: int = 210  # G20 G21
+    compensation: int = 400  # G40; G41 G42 G41.1 G42.1 are reported and the path runs as written
+    length: int = 490  # G43 G43.1 G43.2 G44 G49; G43.4 G43.5 G234 are refused
+    cycle_return: int = 980  # G98 G99, without effect until cycles exist
+    work_offset: int = 540  # G54 .. G59, G59.1 .. G59.3, G54.1
+    path: int = 640  # G61 G61.1 G64, without effect: the exact path is checked
+    spindle: int = 50  # M3 M4 M5 M19
+    # coolant: M7 M8 M9; not kept, it moves nothing
+    # plane frame: G69; table offset: G255; polar: G15; mirror: G50.1; their other codes are refused
+    feed: float | None = None
+    feed_scale: float = 1.0
+    feed_given: bool = False
+    speed: float = 0.0
+    selected: int | None = None
+    tool: int | None = None

@@ -1,0 +1,174 @@
+"""What moves the axes: rapids, feeds, arcs, and the return to the reference point."""
+
+from __future__ import annotations
+
+from gcodesim.nc.arcs import ArcError, Point, centre_from_radius, check_centre
+from gcodesim.nc.block import Block
+from gcodesim.nc.offsets import axis_values
+from gcodesim.nc.program import AXES, Kind
+from gcodesim.nc.state import State
+
+INDEX = {letter: i for i, letter in enumerate(AXES)}
+
+PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
+"""Plane code -> indices of u, v and the normal w."""
+
+CENTRE_WORDS = "IJK"
+
+
+def target(state: State, block: Block) -> list[float]:
+    """Return the program point the axis words name; letters left out keep their value."""
+    point = state.point.copy()
+    incremental = state.modal.distance == 910
+    scale = state.scale
+    for letter, value in block.values.items():
+        if letter in INDEX:
+            i = INDEX[letter]
+            if i < 3:
+                value *= scale
+            point[i] = point[i] + value if incremental else value
+    return point
+
+
+def straight(state: State, block: Block, number: int) -> None:
+    """G0 G1, with G53 in machine coordinates."""
+    state.modal.motion = number
+    if block.has("G", 530):
+        position = _machine_target(state, block)
+        point = state.frames.program(position)
+    else:
+        point = target(state, block)
+        position = state.frames.machine(point)
+    if number == 0:
+        move(state, block, Kind.RAPID, position, 0.0)
+    else:
+        rotary_only = position[:3] == state.position[:3]
+        move(state, block, Kind.FEED, position, feed_of(state, block, rotary_only))
+    state.point = point
+
+
+def move(state: State, block: Block, kind: Kind, position: list[float], f: float) -> None:
+    """Record a straight move to a machine position; one of no length is left out."""
+    if position != state.position:
+        modal = state.modal
+        mode = modal.feed_mode // 10
+        state.recorder.add(kind, block.line, position, f=f, mode=mode, speed=modal.speed)
+        state.position = position
+
+
+def _machine_target(state: State, block: Block) -> list[float]:
+    if state.modal.distance == 910:
+        raise block.error("g53_incremental", "G53 under G91", "G53")
+    position = state.position.copy()
+    for i, value in axis_values(state, block).items():
+        position[i] = value
+    return position
+
+
+def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
+    """Return the feed of a move as the feed mode counts it, lengths in mm.
+
+    Raises:
+        ProgramError: it is missing, or G95 has no spindle speed.
+    """
+    modal = state.modal
+    if modal.spindle not in (30, 40):
+        what = "feed move with the spindle off"
+        state.report(block.finding("spindle_off_feed", what))
+    if modal.feed_mode == 930:
+        if not block.values.get("F"):
+            raise block.error("inverse_feed_missing", "no F in a G93 block")
+        return block.values["F"]
+    if not modal.feed:
+        if state.control.feed and modal.feed_mode == 940 and not modal.feed_given:
+            return state.control.feed
+        raise block.error("feed_missing", "feed move without F")
+    if modal.feed_mode == 950 and not modal.speed:
+        raise block.error("feed_per_rev_no_spindle", "G95 with S0")
+    return modal.feed if rotary_only else modal.feed * modal.feed_scale
+
+
+def arc(state: State, block: Block, number: int) -> None:
+    """G2 G3 in the active plane, with centre words or R, P turns and a helix."""
+    state.modal.motion = number
+    if block.has("G", 530):
+        raise block.error("axis_without_motion", "G53 with an arc", "G53")
+    u, v, w = PLANES[state.modal.plane]
+    end = target(state, block)
+    clockwise = number == 20
+    turns = _turns(block)
+    try:
+        centre_u, centre_v = _centre(state, block, end, clockwise)
+    except ArcError as error:
+        raise block.error(error.meaning, str(error)) from None
+    centre, normal = end.copy(), [0.0] * 6
+    centre[u], centre[v], normal[w] = centre_u, centre_v, 1.0
+    frames, modal = state.frames, state.modal
+    row = (
+        tuple(frames.machine(centre)[:3]),
+        tuple(frames.turn(normal)[:3]),
+        -turns if clockwise else turns,
+    )
+    f = feed_of(state, block)
+    state.point, state.position = end, frames.machine(end)
+    state.recorder.add(
+        Kind.ARC,
+        block.line,
+        state.position,
+        f=f,
+        mode=modal.feed_mode // 10,
+        speed=modal.speed,
+        aux=state.recorder.add_arc_row(row),
+    )
+
+
+def _turns(block: Block) -> int:
+    turns = block.values.get("P", 1.0)
+    if turns < 1 or not turns.is_integer():
+        raise block.error("arc_turns", f"P{turns:g}", "P")
+    return int(turns)
+
+
+def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Point:
+    """Return the centre (u, v) [mm] in the program frame."""
+    u, v, w = PLANES[state.modal.plane]
+    start, scale, words = state.point, state.scale, block.values
+    given = [letter for letter in CENTRE_WORDS if letter in words]
+    if "R" in words and (not given or state.control.dialect.r_and_ijk == "r_wins"):
+        radius = words["R"] * scale
+        tolerance = state.control.arc
+        return centre_from_radius(
+            (start[u], start[v]), (end[u], end[v]), radius, clockwise, tolerance
+        )
+    if "R" in words:
+        raise block.error("arc_r_and_center", "R and centre words", "R")
+    if CENTRE_WORDS[w] in words:
+        raise block.error("arc_wrong_center_word", CENTRE_WORDS[w], CENTRE_WORDS[w])
+    absolute = state.modal.centre_distance == 901
+    if not given or (absolute and len(given) < 2):
+        raise block.error("arc_no_center", "arc without centre")
+    offset_u, offset_v = (words.get(CENTRE_WORDS[i], 0.0) * scale for i in (u, v))
+    centre = (offset_u, offset_v) if absolute else (start[u] + offset_u, start[v] + offset_v)
+    inch = state.modal.unit == 200
+    check_centre((start[u], start[v]), (end[u], end[v]), centre, state.control.arc, inch)
+    return centre
+
+
+def return_to_reference(state: State, block: Block, number: int) -> None:
+    """G28 G30: by way of the words, then only the named axes to the reference point."""
+    code = f"G{number // 10}"
+    named = [letter for letter in state.control.axes if letter in block.values]
+    if not named:
+        state.report(block.finding("g28_without_axes", f"{code} without axis words", code), code)
+        named = list(state.control.axes)
+    if block.values.get("P", 2.0) != 2.0:
+        raise block.error("reference_not_found", f"{code} P{block.values['P']:g}", "P")
+    reference = state.control.reference.get(code, {})
+    if missing := [letter for letter in named if letter not in reference]:
+        raise block.error("reference_not_found", f"{code} {missing[0]}", missing[0])
+    move(state, block, Kind.RAPID, state.frames.machine(target(state, block)), 0.0)
+    position = state.position.copy()
+    for letter in named:
+        position[INDEX[letter]] = reference[letter]
+    move(state, block, Kind.RAPID, position, 0.0)
+    state.point = state.frames.program(position)

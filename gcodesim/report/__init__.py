@@ -1,0 +1,1 @@
+"""Reports: views of one check, for people and for programs."""
