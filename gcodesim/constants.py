@@ -4,7 +4,7 @@ from __future__ import annotations
 
 PS_PER_S = 1_000_000_000_000
 """Picoseconds per second. Program time is an int64 count of picoseconds: it is never accumulated in
-floating point, so it is equal for every chunking. The range is 9.2e6 s; longer programs are GC424."""
+floating point, so it is equal for every chunking. The range is 9.2e6 s; longer ones are GC424."""
 
 MAX_TIME_PS = 9_000_000_000_000_000_000
 """Longest program time [ps], just below the range of int64 (104 days)."""

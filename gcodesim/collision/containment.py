@@ -8,28 +8,35 @@ from the surface it is within rounding of an integer; on the surface the triangl
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.scene import Scene, Shape
-
+from gcodesim.collision.scene import Scene
+from gcodesim.machine.model import Part
 
 
 @dataclass(frozen=True)
 class Containment:
-    """A part inside another, or a question that an open mesh leaves undecided."""
+    """One part inside another, or a question that an open mesh leaves undecided.
+
+    Attributes:
+        pair: index of the pair in the scene.
+        parts, roles: names and roles of the parts, in the order of the pair.
+        outer: name of the part that is, or may be, around the other.
+        decided: False when `outer` is open.
+    """
 
     pair: int
-    inner: str
+    parts: tuple[str, str]
+    roles: tuple[str, str]
     outer: str
     decided: bool
 
 
-def find_containments(
-    scene: Scene, relative: list[NDArray[np.float64]]
-) -> list[Containment]:
+def find_containments(scene: Scene, relative: list[NDArray[np.float64]]) -> list[Containment]:
     """Containments of all pairs at one pose.
 
     Args:
@@ -38,25 +45,23 @@ def find_containments(
     """
     found: list[Containment] = []
     for index, ((a, b), pose) in enumerate(zip(scene.shapes, relative, strict=True)):
-        back = np.linalg.inv(pose)
-        found += [Containment(index, *hit) for hit in _inside(b, a, pose)]
-        found += [Containment(index, *hit) for hit in _inside(a, b, back)]
+        for p, q in itertools.product(a.parts, b.parts):
+            names, roles = (p.name, q.name), (p.role, q.role)
+            for inner, outer, move in ((q, p, pose), (p, q, np.linalg.inv(pose))):
+                answer = contains(outer, inner, move)
+                if answer is not False:
+                    found.append(Containment(index, names, roles, outer.name, answer is True))
     return found
 
 
-def _inside(inner: Shape, outer: Shape, pose: NDArray[np.float64]) -> list[tuple[str, str, bool]]:
-    hits = []
-    for part in inner.parts:
-        points = shell_vertices(part.triangles) @ pose[:3, :3].T + pose[:3, 3]
-        for other in outer.parts:
-            low = other.triangles.min(axis=(0, 1))
-            high = other.triangles.max(axis=(0, 1))
-            near = points[np.all((points > low) & (points < high), axis=1)]
-            if len(near) and not other.closed:
-                hits.append((part.name, other.name, False))
-            elif any(abs(winding_number(p, other.triangles)) > 0.5 for p in near):
-                hits.append((part.name, other.name, True))
-    return hits
+def contains(outer: Part, inner: Part, pose: NDArray[np.float64]) -> bool | None:
+    """Tell whether a shell of `inner`, moved by `pose`, lies inside `outer`; None = open mesh."""
+    points = shell_vertices(inner.triangles) @ pose[:3, :3].T + pose[:3, 3]
+    low, high = outer.triangles.min(axis=(0, 1)), outer.triangles.max(axis=(0, 1))
+    near = points[np.all((points > low) & (points < high), axis=1)]
+    if len(near) and not outer.closed:
+        return None
+    return any(abs(winding_number(point, outer.triangles)) > 0.5 for point in near)
 
 
 def winding_number(point: NDArray[np.float64], triangles: NDArray[np.float64]) -> float:
@@ -87,5 +92,3 @@ def shell_vertices(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
         if np.array_equal(lower, label):
             return np.asarray(points[np.unique(label)])
         label = lower
-
-

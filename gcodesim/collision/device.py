@@ -47,5 +47,5 @@ def resolve_device(name: str) -> str:
     if kind != "cuda" or (index and not index.isdigit()):
         raise UsageError(f"--device {name}: expected auto, cpu, cuda or cuda:N")
     if int(index or 0) >= cuda_count:
-        raise UsageError(f"--device {name}: {cuda_count} CUDA devices are present; use --device cpu")
+        raise UsageError(f"--device {name}: {cuda_count} CUDA devices present; use --device cpu")
     return f"cuda:{index or 0}"

@@ -3,8 +3,8 @@
 Triangles outside the machine's operating range are removed beforehand. Per sample and pair: two
 sub-boxes per body, their overlaps interchanged into smaller regions, then one thread per triangle
 pair: blocks of 32 x 32 threads, (N/32+1) x (M/32+1) blocks, consecutive threads fetching
-consecutive triangles; six axes where the triangles lie in one plane, eleven otherwise; one collision
-flag per sample. Axes are certified (predicates.py), so this method misses nothing either, but with
+consecutive triangles; six axes where the triangles lie in one plane, eleven otherwise; one
+collision flag per sample. Axes are certified (predicates.py), so this method misses nothing either, but with
 fewer axes it may call nearly coplanar triangles a contact. Loops are unrolled by the compiler.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.boxes import Box, aabbs_overlap, posed_triangle, triangle_box
+from gcodesim.collision.boxes import aabbs_overlap, posed_triangle, triangle_box
 from gcodesim.collision.device import BIT_EQUAL
 from gcodesim.collision.exhaustive import InstantArrays, Work, instant_arrays
 from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
@@ -83,7 +83,7 @@ def interchange(
     other_half: wp.int32,
     kept_out: wp.array[wp.int32],
 ):
-    """Keep the triangles of each sub-region that reach into an overlapping one of the other body."""
+    """Keep what each sub-region has inside an overlapping sub-region of the other body."""
     own_count = own.shape[0]
     other_count = other.shape[0]
     for s in range(2):
@@ -182,8 +182,9 @@ def prepare_paper(scene: Scene, joints: tuple[Joint, ...]) -> list[PaperPair]:
     for index, ((a, b), links) in enumerate(zip(scene.shapes, scene.links, strict=True)):
         near_a, near_b = reachable(joints, links, a.regions.triangles, b.regions.triangles)
         if near_a.any() and near_b.any():
-            (ta, half_a), (tb, half_b) = _halves(a.regions.triangles[near_a]), _halves(
-                b.regions.triangles[near_b]
+            (ta, half_a), (tb, half_b) = (
+                _halves(a.regions.triangles[near_a]),
+                _halves(b.regions.triangles[near_b]),
             )
             on_device = [wp.array(t, dtype=wp.mat33d, device=scene.device) for t in (ta, tb)]
             prepared.append(PaperPair(index, *on_device, half_a, half_b))

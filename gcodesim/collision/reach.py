@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.poses import joints_between
 from gcodesim.constants import BOX_SLACK_MM
-from gcodesim.machine.kinematics import rotation_matrix
+from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.model import Joint
 
 ARC_DEG = 5.0
@@ -65,7 +65,7 @@ def _turned(boxes: Boxes, joint: Joint, ends: NDArray[np.float64]) -> Boxes:
     widened = (2.0 * radius * np.sin(min(half_arc, np.pi) / 2.0) + BOX_SLACK_MM)[:, None]
     lows, highs = [], []
     for angle in low + (np.arange(count) + 0.5) * (high - low) / count:
-        turn = rotation_matrix(joint.axis, float(angle))
+        turn = rotation(joint.axis, angle)
         middle, extent = centre @ turn.T + joint.point, half @ np.abs(turn).T + widened
         lows.append(middle - extent)
         highs.append(middle + extent)

@@ -1,4 +1,4 @@
-"""Two-level bounding boxes of a body: one box around it, and one around each region of triangles."""
+"""Two-level boxes: one around a body, and one around each region of its triangles."""
 
 from __future__ import annotations
 

@@ -39,11 +39,11 @@ class Shape:
     parts: tuple[Part, ...]
     regions: Regions
 
-    def name_triangle(self, number: int) -> tuple[str, int]:
-        """Part name and number within the part of triangle `number` of the whole list."""
+    def find_triangle(self, number: int) -> tuple[Part, int]:
+        """Part, and number within the part, of triangle `number` of the whole list."""
         for part in self.parts:
             if number < len(part.triangles):
-                return part.name, number
+                return part, number
             number -= len(part.triangles)
         raise IndexError(number)
 

@@ -1,7 +1,7 @@
 """Forward kinematics: where every link stands for given joint positions, float64 NumPy.
 
-Product of exponentials: a link is displaced from its zero pose by ``D = T_1(q_1) ... T_n(q_n)`` over
-the joints from the root to it; axes and points are world coordinates at the zero pose.
+Product of exponentials: a link is displaced from its zero pose by ``D = T_1(q_1) ... T_n(q_n)``
+over the joints from the root to it; axes and points are world coordinates at the zero pose.
 """
 
 from __future__ import annotations

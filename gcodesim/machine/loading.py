@@ -3,26 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gcodesim.errors import UsageError
-from gcodesim.findings import Finding
 from gcodesim.machine.bodies import PartReader, longest_travel
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, WorkOffset
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
-from gcodesim.machine.schema import (
-    DIALECT_KEYS,
-    MachineFile,
-    Mounted,
-    Offset,
-    Position,
-    SetupFile,
-    offset_number,
-)
+from gcodesim.machine.schema import DIALECT_KEYS, MachineFile, Mounted, offset_number
+from gcodesim.machine.setup import Setup, read_setup
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
@@ -48,36 +40,189 @@ def load_machine(
     source = read_yaml(find_machine(path))
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
-    clamped = _read_setup(setup, source.path)
-    tools = tools or clamped.tools
+    travel = longest_travel(joints)
+    reader = PartReader(source, file.units, allow_outside, travel)
+    own = _link_bodies(file, links, reader)
+    mount = _tool_mount(file, own, reader)
+    job = read_setup(setup)
+    _check_machine(job, source.path)
+    job_reader = PartReader(job.source, job.file.units, allow_outside, travel)
+    clamped = job.bodies(links, [*links, *([mount.name] if mount else [])], job_reader)
+    tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
-    reader = PartReader(source, file.units, allow_outside, longest_travel(joints))
-    bodies = _link_bodies(file, reader)
-    mount = _tool_mount(file, reader, bodies)
-    setup_bodies = clamped.bodies(links, [*bodies, *([mount.name] if mount else [])], reader)
-    members = _members(bodies, mount, table, setup_bodies)
-    pairs = choose_pairs(members, joints, file.pairs, file.allow, source)
-    work = file.work
-    if work is not None and work.link not in links:
-        text = f"unknown link {work.link!r}; {suggest(work.link, links)}"
-        raise source.error(text, "work", "link")
-    offsets = {**(work.offsets if work else {}), **clamped.file.offsets}
+    members = [Member(b.name, b.link, LINK, _names(b.parts)) for b in own.values()]
+    members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
+    members += [_tool_member(mount, table)] if mount else []
+    chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     return Machine(
         name=file.name,
         path=str(source.path),
         verified=file.verified,
         links=links,
         joints=joints,
-        bodies={**bodies, **setup_bodies},
-        pairs=pairs.pairs,
+        bodies={**own, **{name: body for name, (body, _) in clamped.items()}},
+        pairs=chosen.pairs,
         tool=mount,
         tools=table,
-        work_link=work.link if work else None,
-        offsets={offset_number(name): _work_offset(offset) for name, offset in offsets.items()},
-        reference=_reference(file, joints, source),
-        start=_start(file, clamped, joints, source),
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=pairs.unchecked_by_rule,
-        findings=tuple(reader.findings),
+        unchecked_by_rule=chosen.unchecked_by_rule,
+        findings=(*reader.findings, *job_reader.findings),
+        **_positions(file, job, joints, source),
         **_language(file),
     )
+
+
+def find_machine(path: str) -> Path:
+    """The machine file of that path, or else the shipped machine of that name; UsageError."""
+    if Path(path).is_file():
+        return Path(path)
+    package = Path(str(files("gcodesim")))
+    # in a wheel machines/ lies in the package, in a source checkout beside it
+    folders = [package / "machines", package.parent / "machines"]
+    shipped = {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
+    name = path.removesuffix(".yaml")
+    if name not in shipped:
+        raise UsageError(
+            f"no machine file {path!r}, and no machine of that name is shipped; "
+            f"{suggest(name, shipped)}"
+        )
+    return shipped[name]
+
+
+def _check_machine(job: Setup, machine: Path) -> None:
+    """A setup that names a machine is used with that machine only."""
+    if job.machine is not None and find_machine(job.machine).resolve() != machine.resolve():
+        text = f"this setup is for {job.file.machine}, not for {machine}"
+        raise job.source.error(text, "machine")
+
+
+def _link_bodies(file: MachineFile, links: Sequence[str], reader: PartReader) -> dict[str, Body]:
+    """The bodies of the links that have a shape, in link order."""
+    bodies = {}
+    for name in links:
+        parts = reader.parts(file.links[name], name, "machine", "links", name)
+        if parts:
+            bodies[name] = Body(name, name, parts)
+    return bodies
+
+
+def _tool_mount(
+    file: MachineFile, bodies: Mapping[str, Body], reader: PartReader
+) -> ToolMount | None:
+    """Where tools are carried, with the tool that is mounted at the start."""
+    spec, source = file.tool, reader.source
+    if spec is None:
+        return None
+    if spec.link not in file.links:
+        text = f"unknown link {spec.link!r}; {suggest(spec.link, file.links)}"
+        raise source.error(text, "tool", "link")
+    mounted = spec.mounted
+    name = mounted.name if mounted else "tool"
+    if name in file.links:
+        text = f"a link is named {name} too: give `mounted` another `name`"
+        raise source.error(text, "tool", "mounted", "name")
+    return ToolMount(
+        name=name,
+        link=spec.link,
+        gauge_point=np.array(spec.gauge_point),
+        axis=unit_vector(spec.axis, source, "tool", "axis"),
+        mounted=_mounted_parts(mounted, reader) if mounted else (),
+        length=mounted.length if mounted else 0.0,
+        for_all=mounted is not None and mounted.for_ == "all",
+    )
+
+
+def _mounted_parts(mounted: Mounted, reader: PartReader) -> tuple[Part, ...]:
+    """Parts of the mounted tool. One shape alone counts as flute: it holds the cutting edges."""
+    key = ("tool", "mounted")
+    if mounted.parts is None:
+        return reader.parts(mounted, mounted.name, "flute", *key)
+    return tuple(
+        reader.part(shape, shape.name, _tool_role(shape.name), *key, "parts", i)
+        for i, shape in enumerate(mounted.parts)
+    )
+
+
+def _tool_role(name: str) -> str:
+    """Role of a named part of the mounted tool: what is no flute may not touch the part."""
+    return name if name in TOOL_PARTS else "holder"
+
+
+def _names(parts: Sequence[Part]) -> tuple[str, ...]:
+    return tuple(part.name for part in parts)
+
+
+def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:
+    """The tool as a partner of pairs: parts that it has now or may get from the tools file."""
+    parts = {part.name: part.role for part in mount.mounted}
+    if table is not None:
+        parts |= {name: name for name in TOOL_PARTS}
+    uncut = tuple(name for name, role in parts.items() if role != "flute")
+    return Member(mount.name, mount.link, TOOL, tuple(parts), uncut)
+
+
+def _positions(
+    file: MachineFile, job: Setup, joints: Sequence[Joint], source: YamlFile
+) -> dict[str, Any]:
+    """The fields of Machine that hold positions and offsets."""
+    work = file.work
+    if work is not None and work.link not in file.links:
+        text = f"unknown link {work.link!r}; {suggest(work.link, file.links)}"
+        raise source.error(text, "work", "link")
+    offsets = {**(work.offsets if work else {}), **job.file.offsets}
+    for code, position in file.reference.items():
+        _check_axes(position, joints, source, "reference", code)
+    return {
+        "work_link": work.link if work else None,
+        "offsets": {
+            offset_number(name): WorkOffset((o.X, o.Y, o.Z, o.A, o.B, o.C), o.R)
+            for name, o in offsets.items()
+        },
+        "reference": file.reference,
+        "start": _start(file, job, joints, source),
+    }
+
+
+def _check_axes(
+    position: Mapping[Any, float], joints: Sequence[Joint], source: YamlFile, *key: str
+) -> None:
+    axes = [joint.name for joint in joints]
+    for axis in position:
+        if axis not in axes:
+            text = f"the machine has no axis {axis}; {suggest(axis, axes)}"
+            raise source.error(text, *key, axis)
+
+
+def _start(
+    file: MachineFile, job: Setup, joints: Sequence[Joint], source: YamlFile
+) -> dict[str, float]:
+    """Start position of every axis, 0 where no file gives one; it must lie within the travel."""
+    _check_axes(file.start, joints, source, "start")
+    _check_axes(job.file.start, joints, job.source, "start")
+    given: dict[str, float] = {**file.start, **job.file.start}
+    for joint in joints:
+        place = job.source if joint.name in job.file.start else source
+        position = given.setdefault(joint.name, 0.0)
+        if not joint.lower <= position <= joint.upper:
+            text = (
+                f"start position {position:g} of axis {joint.name} lies outside its travel: "
+                f"give one from {joint.lower:g} to {joint.upper:g}"
+            )
+            raise place.error(text, "start", joint.name)
+    return {joint.name: given[joint.name] for joint in joints}
+
+
+def _language(file: MachineFile) -> dict[str, Any]:
+    """The fields of Machine that say how its control reads a program."""
+    arc = file.arc.model_dump(exclude_none=True)
+    overrides = {key: getattr(file, key) for key in DIALECT_KEYS}
+    overrides["r_and_ijk"] = arc.pop("r_and_ijk", None)
+    return {
+        "dialect": file.dialect,
+        "dialect_overrides": {k: v for k, v in overrides.items() if v is not None},
+        "m_codes": file.m_codes,
+        "g_codes": file.g_codes,
+        "ignore_words": frozenset(file.ignore_words),
+        "arc": arc,
+        "path_tolerance": file.path_tolerance.model_dump(),
+    }

@@ -169,5 +169,7 @@ def _unit_findings(path: Path, triangles: Array, unit: str, travel: float) -> li
     advice = f"`units: {best}` would make it {drawn * MM_PER_UNIT[best]:.4g} mm" if fits else (
         "no unit known here (mm, inch, m) would fit"
     )  # fmt: skip
-    text = f"read in {unit}, the mesh is {size:.4g} mm long beside {travel:.4g} mm of travel; {advice}"
+    text = (
+        f"read in {unit}, the mesh is {size:.4g} mm long beside {travel:.4g} mm of travel; {advice}"
+    )
     return [Finding("GC503", text, meaning="mesh_unit", file=str(path))]

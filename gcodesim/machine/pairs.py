@@ -143,9 +143,7 @@ def _side(
     return body, (part,) if part else None
 
 
-def _excused(
-    spec: Allowed, bodies: Mapping[str, Member], index: int, source: YamlFile
-) -> set[str]:
+def _excused(spec: Allowed, bodies: Mapping[str, Member], index: int, source: YamlFile) -> set[str]:
     for name in spec.links:
         if name not in bodies:
             text = f"no body named {name!r} has a shape; {suggest(name, bodies)}"

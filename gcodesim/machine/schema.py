@@ -20,7 +20,7 @@ Vector = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
 PartName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$")]
-Axis = Literal["X", "Y", "Z", "A", "B", "C"]
+Axis = Annotated[str, Field(pattern=r"^[XYZABC]$")]
 Profile = Annotated[list[tuple[Number, Number]], Field(min_length=2)]
 Unit = Literal["mm", "inch", "m"]
 CodeEffect = Literal["none", "clamp", "stop"]
@@ -53,15 +53,17 @@ class Section(BaseModel):
 class Placement(Section):
     """Where a shape is put: turned about fixed X, then Y, then Z, then shifted."""
 
-    translate: Vector = Field(ORIGIN, description="shift [mm]")
-    rotate: Vector = Field(ORIGIN, description="turns about fixed X, Y, Z in this order [deg]")
+    translate: Vector = Field(default=ORIGIN, description="shift [mm]")
+    rotate: Vector = Field(
+        default=ORIGIN, description="turns about fixed X, Y, Z in this order [deg]"
+    )
 
 
 class Box(Section):
     """An axis-parallel box."""
 
     size: Size = Field(description="edge lengths along X, Y, Z [mm]")
-    center: Vector = Field(ORIGIN, description="middle of the box [mm]")
+    center: Vector = Field(default=ORIGIN, description="middle of the box [mm]")
 
 
 class Cylinder(Section):
@@ -69,15 +71,16 @@ class Cylinder(Section):
 
     radius: Positive = Field(description="[mm]")
     height: Positive = Field(description="[mm]")
-    center: Vector = Field(ORIGIN, description="middle of the cylinder [mm]")
-    axis: Vector = Field(UP, description="direction; any length but 0")
+    center: Vector = Field(default=ORIGIN, description="middle of the cylinder [mm]")
+    axis: Vector = Field(default=UP, description="direction; any length but 0")
 
 
 class Cone(Cylinder):
     """A cone or frustum, drawn around: never smaller than the ideal one."""
 
     top_radius: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
-        0.0, description="radius at the end the axis points to; `radius` is at the other [mm]"
+        default=0.0,
+        description="radius at the end the axis points to; `radius` is at the other [mm]",
     )
 
 
@@ -96,15 +99,16 @@ SHAPE_KEYS = ("mesh", "box", "cylinder", "cone", "revolve", "extrude")
 class Shape(Section):
     """One closed shape: a mesh file or a primitive."""
 
-    mesh: str | None = Field(None, description="mesh file, relative to this file")
+    mesh: str | None = Field(default=None, description="mesh file, relative to this file")
     box: Box | None = None
     cylinder: Cylinder | None = None
     cone: Cone | None = None
     revolve: Profile | None = Field(
-        None, description="solid of revolution about Z: points [r, z], z never turning back [mm]"
+        default=None,
+        description="solid of revolution about Z: points [r, z], z never turning back [mm]",
     )
     extrude: Extrude | None = None
-    placement: Placement | None = Field(None, description="left out: where it was drawn")
+    placement: Placement | None = Field(default=None, description="left out: where it was drawn")
 
     @property
     def kind(self) -> str:
@@ -135,7 +139,9 @@ class NamedShape(Shape):
 class BodyShapes(Shape):
     """The shape of a body: one shape, several under `parts`, or none."""
 
-    parts: list[NamedShape] | None = Field(None, description="several shapes, each with a name")
+    parts: list[NamedShape] | None = Field(
+        default=None, description="several shapes, each with a name"
+    )
 
     @model_validator(mode="after")
     def _shape_or_parts(self) -> BodyShapes:
@@ -163,24 +169,27 @@ class JointSpec(Section):
         description="direction in which the CHILD physically moves or turns (right hand) when the "
         "command grows, world coordinates at the zero pose; normalised"
     )
-    point: Vector | None = Field(None, description="a point on the axis of a rotary joint [mm]")
+    point: Vector | None = Field(
+        default=None, description="a point on the axis of a rotary joint [mm]"
+    )
     limits: tuple[Number, Number] | None = Field(
-        None, description="travel, lower and upper [mm or deg]; left out: unlimited"
+        default=None, description="travel, lower and upper [mm or deg]; left out: unlimited"
     )
     rapid: Positive = Field(description="rapid rate [mm/min or deg/min]")
-    max_acceleration: Positive | None = Field(None, description="[mm/s^2 or deg/s^2]")
+    max_acceleration: Positive | None = Field(default=None, description="[mm/s^2 or deg/s^2]")
     wrap: Literal["none", "shortest", "sign"] = Field(
-        "none", description="reading of rotary words: unwound, modulo 360 the nearer way, by sign"
+        default="none",
+        description="reading of rotary words: unwound, modulo 360 the nearer way, by sign",
     )
 
 
 class Mounted(BodyShapes):
     """The tool in the spindle at the start; geometry in world coordinates at the zero pose."""
 
-    name: Name = Field("tool", description="name of the body in pairs and findings")
+    name: Name = Field(default="tool", description="name of the body in pairs and findings")
     length: Positive = Field(description="gauge point to tip [mm]")
     for_: Literal["all"] | None = Field(
-        None, alias="for", description="`all`: it stands for every T number"
+        default=None, alias="for", description="`all`: it stands for every T number"
     )
 
 
@@ -189,20 +198,20 @@ class ToolSpec(Section):
 
     link: Name = Field(description="the link that carries the tool")
     gauge_point: Vector = Field(description="spindle face centre at the zero pose [mm]")
-    axis: Vector = Field(UP, description="from the tip towards the spindle; normalised")
+    axis: Vector = Field(default=UP, description="from the tip towards the spindle; normalised")
     mounted: Mounted | None = None
 
 
 class Offset(Section):
     """A work offset."""
 
-    X: Number = Field(0.0, description="[mm]")
-    Y: Number = Field(0.0, description="[mm]")
-    Z: Number = Field(0.0, description="[mm]")
-    A: Number = Field(0.0, description="[deg]")
-    B: Number = Field(0.0, description="[deg]")
-    C: Number = Field(0.0, description="[deg]")
-    R: Number = Field(0.0, description="rotation in the XY plane [deg]")
+    X: Number = Field(default=0.0, description="[mm]")
+    Y: Number = Field(default=0.0, description="[mm]")
+    Z: Number = Field(default=0.0, description="[mm]")
+    A: Number = Field(default=0.0, description="[deg]")
+    B: Number = Field(default=0.0, description="[deg]")
+    C: Number = Field(default=0.0, description="[deg]")
+    R: Number = Field(default=0.0, description="rotation in the XY plane [deg]")
 
 
 def offset_number(name: str) -> int:
@@ -243,13 +252,15 @@ class PairSpec(Section):
         description="names of links, of the tool, or of one part: `C.table`"
     )
     clearance: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
-        0.0, description="distance that must stay free [mm]"
+        default=0.0, description="distance that must stay free [mm]"
     )
-    severity: Severity = Field("warning", description="of a finding about the clearance")
+    severity: Severity = Field(default="warning", description="of a finding about the clearance")
 
     @model_validator(mode="before")
     @classmethod
     def _short(cls, data: Any) -> Any:
+        if isinstance(data, str):
+            raise PydanticCustomError("shape", "write a pair as [a, b]")
         return {"links": data} if isinstance(data, list) else data
 
 
@@ -271,21 +282,27 @@ class Allowed(Section):
 class Arc(Section):
     """Tolerances of arc words."""
 
-    tol_mm: Positive | None = Field(None, description="start and end radius may differ by this")
-    tol_rel: Positive | None = Field(None, description="the same, as a share of the radius")
-    tol_max_mm: Positive | None = Field(None, description="the largest difference of all")
-    r_tol_mm: Positive | None = Field(None, description="half chord may exceed R by this [mm]")
-    r_and_ijk: Literal["error", "r_wins"] | None = Field(None, description="R together with I J K")
+    tol_mm: Positive | None = Field(
+        default=None, description="start and end radius may differ by this"
+    )
+    tol_rel: Positive | None = Field(default=None, description="the same, as a share of the radius")
+    tol_max_mm: Positive | None = Field(default=None, description="the largest difference of all")
+    r_tol_mm: Positive | None = Field(
+        default=None, description="half chord may exceed R by this [mm]"
+    )
+    r_and_ijk: Literal["error", "r_wins"] | None = Field(
+        default=None, description="R together with I J K"
+    )
 
 
 class PathTolerance(Section):
     """How far the control may leave the programmed path; null: exact path assumed, and said."""
 
     G64: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
-        None, description="[mm]"
+        default=None, description="[mm]"
     )
     rapid: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
-        None, description="[mm]"
+        default=None, description="[mm]"
     )
 
 
@@ -293,31 +310,33 @@ class MachineFile(Section):
     """A machine.yaml."""
 
     name: Name
-    verified: bool = Field(False, description="someone has measured the real machine")
-    units: Unit = Field("mm", description="of the mesh files")
+    verified: bool = Field(default=False, description="someone has measured the real machine")
+    units: Unit = Field(default="mm", description="of the mesh files")
     dialect: Literal["fanuc", "haas", "linuxcnc"] = "fanuc"
-    cycle_return: Literal["G98", "G99"] | None = Field(None, description="in force at the start")
-    dwell_unit: Literal["ms", "s", "point"] | None = Field(
-        None, description="of P in G4 and cycles; `point`: ms without a decimal point, s with one"
+    cycle_return: Literal["G98", "G99"] | None = Field(
+        default=None, description="in force at the start"
     )
-    rapids: Literal["dogleg", "linear"] | None = Field(None, description="path of a rapid move")
-    vacant_word: Literal["drop", "zero"] | None = Field(
-        None, description="a word whose parameter is vacant"
+    dwell_p: Literal["ms", "s", "point"] | None = Field(
+        default=None, description="unit of P in G4; `point`: ms without a decimal point, s with one"
     )
-    m99_in_main: Literal["end", "restart"] | None = Field(None, description="M99 in a main program")
-    peck_backoff: Positive | None = Field(None, description="back-off of G73 and G83 [mm]")
+    rapid: Literal["dogleg", "linear"] | None = Field(
+        default=None, description="path of a rapid move"
+    )
+    g80: Literal["motion", "cycle"] | None = Field(
+        default=None, description="G80 ends the motion mode, or only cycles"
+    )
     links: Annotated[dict[Name, Link], Field(min_length=1)]
     joints: Annotated[dict[Axis, JointSpec], Field(min_length=1)]
     tool: ToolSpec | None = None
     work: Work | None = None
-    reference: dict[Literal["G28", "G30"], Position] = Field(
+    reference: dict[Annotated[str, Field(pattern="^G(28|30)$")], Position] = Field(
         default_factory=dict, description="machine positions [mm, deg]"
     )
     start: Position = Field(
         default_factory=dict, description="machine position at program start [mm, deg]; else 0"
     )
     pairs: list[PairSpec] | None = Field(
-        None,
+        default=None,
         description="left out: every two links with a moving joint between them, less neighbours",
     )
     allow: list[Allowed] = Field(default_factory=list, description="pairs taken out, with a reason")
@@ -330,24 +349,18 @@ class MachineFile(Section):
     path_tolerance: PathTolerance = Field(default_factory=PathTolerance)
 
 
-DIALECT_KEYS = (
-    "cycle_return",
-    "dwell_unit",
-    "rapids",
-    "vacant_word",
-    "m99_in_main",
-    "peck_backoff",
-)
+DIALECT_KEYS = ("cycle_return", "dwell_p", "rapid", "g80")
+"""Keys of a machine file that replace one of its dialect; `arc.r_and_ijk` is the fifth."""
 
 
 class Turned(Section):
     """A turned part of a tool: points `[r, z]`, or a mesh."""
 
     profile: Profile | None = Field(
-        None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
+        default=None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
     )
     mesh: str | None = Field(
-        None, description="mesh file, gauge point at its origin, +Z towards the spindle"
+        default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
     )
 
     @model_validator(mode="before")
@@ -366,17 +379,19 @@ class Flute(Section):
     """The cutting part of a tool, from the tip upwards, or a mesh of it."""
 
     diameter: Positive | None = Field(
-        None, description="where the side, drawn down, meets the plane of the tip [mm]"
+        default=None, description="where the side, drawn down, meets the plane of the tip [mm]"
     )
-    length: Positive | None = Field(None, description="height of the cutting part from the tip [mm]")
+    length: Positive | None = Field(
+        default=None, description="height of the cutting part from the tip [mm]"
+    )
     corner_radius: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] = Field(
-        0.0, description="[mm]; half the diameter makes a ball"
+        default=0.0, description="[mm]; half the diameter makes a ball"
     )
     taper: Annotated[float, Field(strict=True, gt=-80, lt=80, allow_inf_nan=False)] = Field(
-        0.0, description="between axis and side, positive when it widens upwards [deg]"
+        default=0.0, description="between axis and side, positive when it widens upwards [deg]"
     )
     mesh: str | None = Field(
-        None, description="mesh file, gauge point at its origin, +Z towards the spindle"
+        default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
     )
 
     @model_validator(mode="after")
@@ -400,7 +415,7 @@ class ToolEntry(Section):
 class ToolsFile(Section):
     """A tools.yaml."""
 
-    units: Unit = Field("mm", description="of the mesh files")
+    units: Unit = Field(default="mm", description="of the mesh files")
     tools: list[ToolEntry]
 
 
@@ -416,9 +431,11 @@ class SetupBody(BodyShapes):
 class SetupFile(Section):
     """A setup.yaml."""
 
-    machine: str | None = Field(None, description="machine file or name of a shipped machine")
-    tools: str | None = Field(None, description="tools file, relative to this file")
-    units: Unit = Field("mm", description="of the mesh files")
+    machine: str | None = Field(
+        default=None, description="machine file or name of a shipped machine"
+    )
+    tools: str | None = Field(default=None, description="tools file, relative to this file")
+    units: Unit = Field(default="mm", description="of the mesh files")
     offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
     start: Position = Field(default_factory=dict, description="replaces that of the machine file")
     bodies: dict[Name, SetupBody] = Field(default_factory=dict)

@@ -7,7 +7,7 @@ radius / cos(pi / SIDES), its flats touch the ideal surface.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -46,7 +46,9 @@ def cylinder(radius: float, height: float, center: ArrayLike, axis: ArrayLike) -
     return cone(radius, radius, height, center, axis)
 
 
-def cone(radius: float, top_radius: float, height: float, center: ArrayLike, axis: ArrayLike) -> Array:
+def cone(
+    radius: float, top_radius: float, height: float, center: ArrayLike, axis: ArrayLike
+) -> Array:
     """Cone or frustum: `radius` at the low end of the unit vector `axis`, `center` half way up."""
     half = height / 2.0
     return place(revolve([(radius, -half), (top_radius, half)]), rotation_from_z(axis), center)
@@ -61,7 +63,7 @@ def revolve(profile: Profile) -> Array:
     points = _open_profile(profile)
     rings = [_ring(r, z) for r, z in points]
     triangles = []
-    for lower, upper in zip(rings, rings[1:], strict=False):
+    for lower, upper in pairwise(rings):
         a, b = lower, np.roll(lower, -1, axis=0)
         d, c = upper, np.roll(upper, -1, axis=0)
         if lower[0, :2].any():
@@ -85,7 +87,7 @@ def _open_profile(profile: Profile) -> list[tuple[float, float]]:
         points.reverse()
     if any(r < 0 for r, _ in points):
         raise ValueError("a radius is negative")
-    if any(after[1] < before[1] for before, after in zip(points, points[1:], strict=False)):
+    if any(after[1] < before[1] for before, after in pairwise(points)):
         raise ValueError("z turns back along the profile: make the hollow shape a mesh")
     points = [(0.0, points[0][1]), *points, (0.0, points[-1][1])]
     points = [p for i, p in enumerate(points) if i == 0 or p != points[i - 1]]
@@ -196,6 +198,8 @@ def cutter_profile(
     angles = -90.0 + sweep * (np.arange(steps) + 0.5) / steps
     reach = corner_radius / np.cos(np.radians(sweep / steps / 2.0))
     sines, cosines = sincosd(angles)
-    arc = [(middle + reach * c, corner_radius + reach * s) for c, s in zip(cosines, sines, strict=True)]
+    arc = [
+        (middle + reach * c, corner_radius + reach * s) for c, s in zip(cosines, sines, strict=True)
+    ]
     arc[0] = (arc[0][0], 0.0)  # the first tangent is the plane of the tip
     return [(float(r), float(z)) for r, z in arc] + [(top, length)]

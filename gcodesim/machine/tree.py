@@ -45,7 +45,9 @@ def _check_parents(file: MachineFile, source: YamlFile) -> None:
                 text = f"unknown link {link!r}; {suggest(link, file.links)}"
                 raise source.error(text, "joints", name, key)
         if spec.child in joint_of:
-            text = f"link {spec.child} already hangs on joint {joint_of[spec.child]}: one parent only"
+            text = (
+                f"link {spec.child} already hangs on joint {joint_of[spec.child]}: one parent only"
+            )
             raise source.error(text, "joints", name, "child")
         joint_of[spec.child] = name
 
@@ -56,7 +58,9 @@ def _find_root(file: MachineFile, source: YamlFile) -> str:
     if not roots:
         raise _cycle_error(dict(file.joints), source)
     if len(roots) > 1:
-        text = f"{' and '.join(roots)} have no joint: only the root may stand still, join the others"
+        text = (
+            f"{' and '.join(roots)} have no joint: only the root may stand still, join the others"
+        )
         raise source.error(text, "links", roots[1])
     return roots[0]
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import yaml
 from pydantic import BaseModel, ValidationError
@@ -25,9 +25,9 @@ DEPTH_LIMIT = 32
 
 
 class _Loader(yaml.SafeLoader):
-    """SafeLoader with the plain scalars of YAML 1.2: 1e3 is a number; `on`, `010`, `1:30` no traps."""
+    """SafeLoader with the plain scalars of YAML 1.2: 1e3 is a number, `on` and 1:30 are words."""
 
-    yaml_implicit_resolvers: ClassVar[dict[str, list[tuple[str, re.Pattern[str]]]]] = {}
+    yaml_implicit_resolvers = {}  # noqa: RUF012 (declared so by PyYAML)
 
 
 for _tag, _pattern, _first in (
@@ -36,7 +36,9 @@ for _tag, _pattern, _first in (
     ("int", r"[-+]?(0|[1-9][0-9]*)", list("-+0123456789")),
     ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", list("-+.0123456789")),
 ):
-    _Loader.add_implicit_resolver(f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})$"), _first)
+    _Loader.add_implicit_resolver(
+        f"tag:yaml.org,2002:{_tag}", re.compile(f"(?:{_pattern})$"), _first
+    )
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,9 @@ class _Walk:
         """The value of a node; aliases are written out."""
         self.count += 1
         if self.count > NODE_LIMIT:
-            raise self._error(f"more than {NODE_LIMIT} values (aliases counted each time)", node, ())
+            raise self._error(
+                f"more than {NODE_LIMIT} values (aliases counted each time)", node, ()
+            )
         if len(key) > DEPTH_LIMIT:
             raise self._error(f"nested deeper than {DEPTH_LIMIT}", node, key[:3])
         if isinstance(node, yaml.MappingNode):
@@ -174,8 +178,8 @@ class _Walk:
             name = loader.construct_object(name_node)
             place = (*key, str(name))
             if name in values:
-                first = self.lines[place] if place in self.lines else "an earlier line"
-                raise self._error(f"given twice, first in line {first}", name_node, place)
+                first = self.lines.get(place, "an earlier one")
+                raise self._error(f"given twice, the first is in line {first}", name_node, place)
             self.lines[place] = name_node.start_mark.line + 1
             values[name] = self.value(loader, item, place)
         return values

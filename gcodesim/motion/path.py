@@ -21,6 +21,15 @@ CONSTANT_SPEED = (1.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
+class ToolChange:
+    """Tool `number` goes into the spindle before piece `piece` (= piece count: at the end)."""
+
+    piece: int
+    number: int
+    line: int
+
+
+@dataclass(frozen=True)
 class Path:
     """n pieces, one after the other; piece i covers the times (bounds_ps[i], bounds_ps[i+1]].
 
@@ -37,7 +46,7 @@ class Path:
         arcs: rows of ARC_PIECE.
         xyz: columns of the joints X, Y, Z (-1: no such joint).
         line: source line, shape (n,).
-        tool: number of the tool in the spindle, shape (n,).
+        tool_changes: in the order of time.
     """
 
     joints: tuple[str, ...]
@@ -49,7 +58,7 @@ class Path:
     arcs: NDArray[np.void]
     xyz: tuple[int, int, int]
     line: NDArray[np.int32]
-    tool: NDArray[np.int32]
+    tool_changes: tuple[ToolChange, ...] = ()
 
     def __len__(self) -> int:
         return len(self.line)
@@ -65,7 +74,7 @@ class Path:
         return self.duration_ps / PS_PER_S
 
     def piece_at(self, time_ps: NDArray[np.int64]) -> NDArray[np.int32]:
-        """Piece in force at each time; a time on a boundary belongs to the piece that ends there."""
+        """Piece in force at each time; a boundary belongs to the piece that ends there."""
         piece = np.searchsorted(self.bounds_ps, time_ps, side="left") - 1
         return np.clip(piece, 0, max(len(self) - 1, 0)).astype(np.int32)
 
@@ -104,9 +113,7 @@ def path_fraction(law: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray
     return np.where(tau >= 1.0, 1.0, s)
 
 
-def arc_displacement(
-    arcs: NDArray[np.void], s: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def arc_displacement(arcs: NDArray[np.void], s: NDArray[np.float64]) -> NDArray[np.float64]:
     """Displacement from the start point after the fraction `s` of each arc, shape (m, 3) [mm].
 
     Written as a chord, 2 r sin(d/2), so that a tiny arc of a huge radius loses no digits.

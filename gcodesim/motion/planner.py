@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gcodesim.constants import FULL_CIRCLE_MM, MAX_TIME_PS, PS_PER_S
 from gcodesim.findings import Finding
 from gcodesim.machine.model import Machine
-from gcodesim.motion.path import ARC_PIECE, CONSTANT_SPEED, Path
+from gcodesim.motion.path import ARC_PIECE, CONSTANT_SPEED, Path, ToolChange
 from gcodesim.nc.program import AXES, CanonicalProgram, FeedMode, Kind, path_lengths
 
 
@@ -34,7 +34,8 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     bounds, kept = _clock(seconds)
     if kept < len(rows):
         line = int(program.line[rows[kept]])
-        message = f"program time passes {MAX_TIME_PS / PS_PER_S:.3g} s here; what follows is not checked"
+        limit = MAX_TIME_PS / PS_PER_S
+        message = f"program time passes {limit:.3g} s here; what follows is not checked"
         findings.append(Finding("GC424", message, "time_limit", line=line))
         rows, q0, q1 = rows[:kept], q0[:kept], q1[:kept]
     arc, arcs = _arc_pieces(program, rows, before, after)
@@ -49,7 +50,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         arcs=arcs,
         xyz=tuple(names.index(a) if a in names else -1 for a in "XYZ"),  # type: ignore[arg-type]
         line=program.line[rows].astype(np.int32),
-        tool=_tools_in_force(program)[rows],
+        tool_changes=_tool_changes(program, rows),
     )
     return path, findings
 
@@ -116,12 +117,13 @@ def _clock(seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], int]:
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(ticks)]), kept
 
 
-def _tools_in_force(program: CanonicalProgram) -> NDArray[np.int32]:
-    """Tool number in the spindle during every command; 0 before the first tool change."""
-    change = program.kind == Kind.TOOL
-    last = np.maximum.accumulate(np.where(change, np.arange(len(program)), -1))
-    numbers = np.where(last >= 0, program.aux[last], 0) if len(program) else last
-    return numbers.astype(np.int32)
+def _tool_changes(program: CanonicalProgram, rows: NDArray[np.intp]) -> tuple[ToolChange, ...]:
+    changes = np.flatnonzero(program.kind == Kind.TOOL)
+    pieces = np.searchsorted(rows, changes)
+    return tuple(
+        ToolChange(int(piece), int(program.aux[row]), int(program.line[row]))
+        for piece, row in zip(pieces, changes, strict=True)
+    )
 
 
 def _arc_pieces(

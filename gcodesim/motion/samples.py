@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,21 +31,27 @@ class Instants:
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of program time [ps], both ends included, with one tool in the spindle."""
+    """A stretch of program time [ps], both ends included, with one tool in the spindle.
+
+    `tool` is None before the first tool change; `line` is the block that changed the tool.
+    """
 
     start_ps: int
     end_ps: int
-    tool: int
+    tool: int | None
+    line: int
 
 
 def tool_spans(path: Path) -> list[Span]:
-    """Stretches of the path between tool changes; a path without pieces is one instant."""
-    if not len(path):
-        return [Span(0, 0, 0)]
-    cuts = [0, *(np.flatnonzero(np.diff(path.tool)) + 1).tolist(), len(path)]
+    """Stretches of the path between tool changes."""
+    starts: list[tuple[int, int | None, int]] = [(0, None, 0)]
+    starts += [
+        (int(path.bounds_ps[change.piece]), change.number, change.line)
+        for change in path.tool_changes
+    ]
+    ends = [start for start, _, _ in starts[1:]] + [path.duration_ps]
     return [
-        Span(int(path.bounds_ps[i]), int(path.bounds_ps[j]), int(path.tool[i]))
-        for i, j in zip(cuts[:-1], cuts[1:], strict=True)
+        Span(start, end, tool, line) for (start, tool, line), end in zip(starts, ends, strict=True)
     ]
 
 
@@ -78,7 +85,17 @@ def window(path: Path, span: Span, first: int, count: int, period_ps: int) -> In
     return Instants(times, piece, -(-times // period_ps))
 
 
-def windows(path: Path, span: Span, count: int, period_ps: int) -> list[int]:
-    """First sample index of each window of `count` samples that covers the span."""
-    first = sample_of(span.start_ps, period_ps)
-    return list(range(first, sample_of(span.end_ps, period_ps) + 1, count))
+def windows(path: Path, span: Span, count: int, period_ps: int) -> Iterator[int]:
+    """Yield the first sample index of each window of `count` samples that covers the span.
+
+    Windows in which nothing moves (inside a long dwell) are passed over.
+    """
+    first, last = sample_of(span.start_ps, period_ps), sample_of(span.end_ps, period_ps)
+    while first <= last:
+        yield first
+        first += count
+        if first < last and len(path):
+            piece = path.piece_at(np.array([first * period_ps]))[0]
+            still = path.arc[piece] < 0 and np.array_equal(path.q0[piece], path.q1[piece])
+            if still:
+                first = max(first, sample_of(int(path.bounds_ps[piece + 1]), period_ps))

@@ -27,6 +27,7 @@ class Block:
         rows: rows of the table of codes that its G and M words name, in the order written.
         values: values of the other words, without ignored ones.
         ignored: at least one word was dropped because its letter is ignored.
+        moves: its axis or centre words belong to the motion code.
     """
 
     __slots__ = (
@@ -36,6 +37,7 @@ class Block:
         "ignored",
         "line",
         "messages",
+        "moves",
         "rows",
         "text",
         "tokens",
@@ -50,11 +52,14 @@ class Block:
         self.deleted = False
         self.rows: list[Row] = []
         self.values: dict[str, float] = {}
-        self.ignored = False
+        self.ignored = self.moves = False
 
     def has(self, letter: str, number: int) -> bool:
         """Tell whether the block holds this code, number in tenths."""
-        return any(row.number == number and row.letter == letter for row in self.rows)
+        for row in self.rows:  # noqa: SIM110 - asked for every move, and any() is twice as slow
+            if row.number == number and row.letter == letter:
+                return True
+        return False
 
     def whole(self, letter: str) -> int:
         """Return the value of a word that must be a whole number, 0 or more.

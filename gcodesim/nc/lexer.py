@@ -1,9 +1,9 @@
 r"""From a line of text to words; what the words mean is decided elsewhere.
 
-    line    = [ "/" [digit] ] [ ":" number ] { word | comment }  |  "%"
-    word    = letter number            blanks mean nothing, case means nothing
-    number  = [ sign ] digits [ "." digits ] | [ sign ] "." digits
-    comment = "(" text ")" | ";" text to the end of the line
+line    = [ "/" [digit] ] [ ":" number ] { word | comment }  |  "%"
+word    = letter number            blanks mean nothing, case means nothing
+number  = [ sign ] digits [ "." digits ] | [ sign ] "." digits
+comment = "(" text ")" | ";" text to the end of the line
 """
 
 from __future__ import annotations

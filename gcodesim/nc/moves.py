@@ -31,8 +31,10 @@ def target(state: State, block: Block) -> list[float]:
 
 
 def straight(state: State, block: Block, number: int) -> None:
-    """G0 G1, with G53 in machine coordinates."""
+    """G0 G1, with G53 in machine coordinates; without axis words only the mode changes."""
     state.modal.motion = number
+    if not block.moves:
+        return
     if block.has("G", 530):
         position = _machine_target(state, block)
         point = state.frames.program(position)
@@ -91,6 +93,8 @@ def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
 def arc(state: State, block: Block, number: int) -> None:
     """G2 G3 in the active plane, with centre words or R, P turns and a helix."""
     state.modal.motion = number
+    if not block.moves:
+        return
     if block.has("G", 530):
         raise block.error("axis_without_motion", "G53 with an arc", "G53")
     u, v, w = PLANES[state.modal.plane]

@@ -74,6 +74,8 @@ class State:
         self.frames.update()
         self.point = self.frames.program(self.position)
 
-    def emit(self, kind: Kind, block: Block, value: list[float] | None = None, aux: int = 0) -> None:
+    def emit(
+        self, kind: Kind, block: Block, value: list[float] | None = None, aux: int = 0
+    ) -> None:
         """Record a command that is no move."""
         self.recorder.add(kind, block.line, value or ZERO, aux=aux)

@@ -1,0 +1,107 @@
+"""What `gcodesim machine show` and `gcodesim machine schema` print."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+
+from gcodesim.machine.model import Body, Joint, Machine, Pair, Part, Tool
+from gcodesim.machine.schema import MachineFile, SetupFile, ToolsFile
+
+SCHEMAS: dict[str, type[BaseModel]] = {
+    "machine": MachineFile,
+    "tools": ToolsFile,
+    "setup": SetupFile,
+}
+
+
+def schema_json(kind: str = "machine") -> dict[str, Any]:
+    """JSON Schema of a machine, tools or setup file; `kind` is a key of SCHEMAS."""
+    title = f"gcodesim {kind} file"
+    draft = "https://json-schema.org/draft/2020-12/schema"
+    return {"$schema": draft, **SCHEMAS[kind].model_json_schema(), "title": title}
+
+
+def describe(machine: Machine) -> str:
+    """The machine in plain text: tree, bodies, pairs, tools, findings."""
+    verified = "verified model" if machine.verified else "unverified model"
+    lines = [f"{machine.name} ({verified}, dialect {machine.dialect}), {machine.path}"]
+    tools = machine.tools or {}
+    for title, rows in (
+        ("kinematic tree", _tree(machine, machine.links[0], 1)),
+        ("bodies", _bodies(machine)),
+        (f"pairs ({len(machine.pairs)})", (_pair(pair) for pair in machine.pairs)),
+        ("allowed", (f"  {a}-{b}: {reason}" for a, b, reason in machine.allowed)),
+        ("not checked by rule", (f"  {line}" for line in machine.unchecked_by_rule)),
+        (f"tools ({len(tools)})", (_tool(tool) for tool in tools.values())),
+        ("findings", (f"  {f.code} {f.severity} {f.file}: {f.message}" for f in machine.findings)),
+    ):
+        listed = list(rows)
+        if listed or title.startswith("pairs"):
+            lines += ["", title, *listed]
+    return "\n".join(lines) + "\n"
+
+
+def _tree(machine: Machine, link: str, depth: int) -> Iterator[str]:
+    """Yield one line per link, indented by depth, with the joint that moves it."""
+    joint = next((j for j in machine.joints if j.child == link), None)
+    marks = [" <- tool"] if machine.tool and machine.tool.link == link else []
+    marks += [" <- work"] if machine.work_link == link else []
+    yield "  " * depth + link + (f": {_joint(joint)}" if joint else " (root)") + "".join(marks)
+    for below in machine.joints:
+        if below.parent == link:
+            yield from _tree(machine, below.child, depth + 1)
+
+
+def _joint(joint: Joint) -> str:
+    unit = "deg" if joint.rotary else "mm"
+    travel = f"{joint.lower:g} .. {joint.upper:g} {unit}"
+    if math.isinf(joint.lower) and math.isinf(joint.upper):
+        travel = "unlimited"
+    text = f"{joint.name} {'rotary' if joint.rotary else 'linear'} {_vector(joint.axis)}"
+    text += f" through {_vector(joint.point)}" if joint.rotary else ""
+    text += f", {travel}, rapid {joint.rapid * 60.0:g} {unit}/min"
+    return text + (f", wrap {joint.wrap}" if joint.wrap != "none" else "")
+
+
+def _vector(vector: Any) -> str:
+    return "[" + ", ".join(f"{v:g}" for v in vector) + "]"
+
+
+def _bodies(machine: Machine) -> Iterator[str]:
+    """Yield the bodies with their parts, then the mounted tool."""
+    bodies = list(machine.bodies.values())
+    if machine.tool and machine.tool.mounted:
+        bodies.append(Body(machine.tool.name, machine.tool.link, machine.tool.mounted))
+    for body in bodies:
+        yield f"  {body.name}" + (f" on {body.link}" if body.link != body.name else "")
+        for part in body.parts:
+            yield f"    {_part(part)}"
+
+
+def _part(part: Part) -> str:
+    size = np.ptp(part.triangles.reshape(-1, 3), axis=0)
+    measures = " x ".join(f"{v:.6g}" for v in size)
+    closed = "closed" if part.closed else "OPEN"
+    count = len(part.triangles)
+    return f"{part.name}: {count} triangles, {measures} mm, {closed}, {part.role}, {part.source}"
+
+
+def _pair(pair: Pair) -> str:
+    sides = [
+        name if parts is None else f"{name}.{'+'.join(parts)}"
+        for name, parts in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
+    ]
+    clearance = f", clearance {pair.clearance:g} mm ({pair.severity})" if pair.clearance else ""
+    return f"  {sides[0]} - {sides[1]}{clearance}"
+
+
+def _tool(tool: Tool) -> str:
+    parts = ", ".join(f"{part.name} {len(part.triangles)} triangles" for part in tool.parts)
+    missing = f"; not modelled: {', '.join(tool.unchecked)}" if tool.unchecked else ""
+    name = f" {tool.name}" if tool.name else ""
+    return f"  T{tool.number}{name}: length {tool.length:g} mm, {parts or 'no shape'}{missing}"

@@ -1,0 +1,78 @@
+"""Writes a canonical program as JSON Lines: one object per command, machine mm and degrees."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any, TextIO
+
+import numpy as np
+
+from gcodesim.nc.interpreter import Interpretation
+from gcodesim.nc.lengths import path_lengths
+from gcodesim.nc.program import CanonicalProgram, FeedMode, Kind
+
+PLANES = ("YZ", "ZX", "XY")
+"""Name of a plane by the axis its normal lies nearest to."""
+
+
+def write_canon(interpretation: Interpretation, stream: TextIO) -> None:
+    """Write commands, then the errors that stopped the program, one JSON object a line.
+
+    Keys: line, kind (rapid feed arc dwell tool tool_offset g5x g92 message error), and by kind
+    to, f [mm/min, deg/min for rotary axes alone, mm/rev under G95], plane, center, turns, index,
+    value, seconds, text, meaning. Stops of the program (M0 M1 M2 M30) are no commands here.
+    """
+    for row in canon_rows(interpretation):
+        stream.write(json.dumps(row) + "\n")
+
+
+def canon_rows(interpretation: Interpretation) -> Iterator[dict[str, Any]]:
+    """Yield one object per command and error, as `write_canon` writes them."""
+    program = interpretation.program
+    feeds = _feeds(program)
+    for i in range(len(program)):
+        kind = Kind(program.kind[i])
+        if kind != Kind.STOP:
+            row = {"line": int(program.line[i]), "kind": kind.name.lower()}
+            yield row | _details(program, i, kind, float(feeds[i]))
+    for finding in interpretation.findings:
+        if finding.severity == "error":
+            place = {"line": finding.line, "kind": "error"}
+            yield place | {"text": finding.message, "meaning": finding.meaning}
+
+
+def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict[str, Any]:
+    to, aux = program.to[i].tolist(), int(program.aux[i])
+    match kind:
+        case Kind.RAPID:
+            return {"to": to}
+        case Kind.FEED:
+            return {"to": to, "f": feed}
+        case Kind.ARC:
+            arc = program.arcs[aux]
+            return {
+                "plane": PLANES[int(np.argmax(np.abs(arc["normal"])))],
+                "to": to,
+                "center": arc["center"].tolist(),
+                "turns": int(arc["turns"]),
+                "f": feed,
+            }
+        case Kind.DWELL:
+            return {"seconds": feed}
+        case Kind.TOOL:
+            return {"index": aux}
+        case Kind.MESSAGE:
+            return {"text": program.texts[aux]}
+        case Kind.G5X:
+            return {"index": aux, "value": to}
+        case _:
+            return {"value": to}
+
+
+def _feeds(program: CanonicalProgram) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Return f with inverse time turned into mm/min, or deg/min where only rotary axes move."""
+    moves = (program.kind == Kind.FEED) | (program.kind == Kind.ARC)
+    inverse = moves & (program.feed_mode == FeedMode.INVERSE_TIME)
+    lengths = path_lengths(program)
+    return np.where(inverse, program.f * lengths, program.f)

@@ -1,0 +1,249 @@
+"""The one table of codes: group checks, word checks, order and the supported list follow from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+from gcodesim.nc import moves, offsets, settings
+from gcodesim.nc.block import Block
+from gcodesim.nc.control import Control
+from gcodesim.nc.dialect import Dialect
+from gcodesim.nc.state import State
+
+Action = Callable[[State, Block, int], None]
+"""What a code does; the number is its code in tenths."""
+
+
+class Group(Enum):
+    """Modal groups (nc-language section 3); a block takes one code of each but NONE."""
+
+    NONE, MOTION, CYCLE, PLANE, DISTANCE, CENTRE_DISTANCE, FEED_MODE, UNIT = range(8)
+    COMPENSATION, LENGTH, CYCLE_RETURN, WORK_OFFSET, PATH, FRAME, TABLE = range(8, 15)
+    POLAR, MIRROR, ONE_SHOT = range(15, 18)
+    STOP, CHANGE, SPINDLE, COOLANT, CALL, OVERRIDE, TCP = range(18, 25)
+
+
+class Order(IntEnum):
+    """Order of execution inside a block (nc-language section 4); 1 is messages."""
+
+    FEED_MODE = 2
+    FEED = 3
+    SPEED = 4
+    TOOL = 5
+    CHANGE = 6
+    SPINDLE = 7
+    COOLANT = 8
+    OTHER = 9
+    DWELL = 10
+    PLANE = 11
+    UNIT = 12
+    COMPENSATION = 13
+    LENGTH = 14
+    WORK_OFFSET = 15
+    PATH = 16
+    DISTANCE = 17
+    CYCLE_RETURN = 18
+    ONE_SHOT = 19
+    MOTION = 20
+    STOP = 21
+
+
+AXIS_WORDS = "XYZABC"
+LEFT_OVER = "PQREL"
+"""Words that a code takes whose meaning is not ours."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One code.
+
+    Attributes:
+        letter, number: the code, number in tenths: G43.4 is ("G", 434).
+        group, order: see there.
+        words: letters it uses.
+        sentence: what it does.
+        action: None when it changes nothing the check looks at.
+        refused: why gcodesim stops at this code; empty for a code it follows.
+        dialects: names of the dialects that have it; empty = all.
+    """
+
+    letter: str
+    number: int
+    group: Group
+    order: Order
+    words: str
+    sentence: str
+    action: Action | None = None
+    refused: str = ""
+    dialects: str = ""
+
+    @property
+    def name(self) -> str:
+        """The code as people write it."""
+        return f"{self.letter}{self.number / 10:g}" if self.letter in "GM" else self.letter
+
+
+_G, _O = Group, Order
+_FANUC_HAAS = "fanuc haas"
+_ARC_WORDS = AXIS_WORDS + "IJKRP"
+_CYCLES = "canned cycles are not followed yet"
+_TCP = "tool centre point control is not followed yet"
+_TILT = "tilted planes and table offsets are not followed yet"
+_CALLS = "subprograms are not followed yet"
+
+
+def _refused(letter: str, number: int, group: Group, sentence: str, reason: str) -> Row:
+    return Row(letter, number, group, Order.OTHER, "", sentence, refused=reason)
+
+
+WORDS: dict[str, Row] = {
+    "F": Row("F", 0, _G.NONE, _O.FEED, "", "Feed", settings.set_feed),
+    "S": Row("S", 0, _G.NONE, _O.SPEED, "", "Spindle speed", settings.set_speed),
+    "T": Row("T", 0, _G.NONE, _O.TOOL, "", "Select a tool", offsets.select_tool),
+}
+"""Words that act by themselves."""
+
+# fmt: off
+TABLE: tuple[Row, ...] = (
+    # Motion.
+    Row("G", 0, _G.MOTION, _O.MOTION, AXIS_WORDS, "Rapid move", moves.straight),
+    Row("G", 10, _G.MOTION, _O.MOTION, AXIS_WORDS, "Straight feed move", moves.straight),
+    Row("G", 20, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, clockwise", moves.arc),
+    Row("G", 30, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, counter-clockwise", moves.arc),
+    Row("G", 800, _G.MOTION, _O.MOTION, "", "End of the motion mode", settings.end_motion),
+    Row("G", 530, _G.ONE_SHOT, _O.DISTANCE, "", "Machine coordinates in this block"),
+    Row("G", 280, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Return to the reference point",
+        moves.return_to_reference),
+    Row("G", 300, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "P", "Return to the second point",
+        moves.return_to_reference),
+    Row("G", 40, _G.ONE_SHOT, _O.DWELL, "PXU", "Dwell", settings.dwell, dialects=_FANUC_HAAS),
+    Row("G", 40, _G.ONE_SHOT, _O.DWELL, "P", "Dwell", settings.dwell, dialects="linuxcnc"),
+    # Plane, unit, distance, feed mode.
+    Row("G", 170, _G.PLANE, _O.PLANE, "", "Plane XY", settings.set_plane),
+    Row("G", 180, _G.PLANE, _O.PLANE, "", "Plane ZX", settings.set_plane),
+    Row("G", 190, _G.PLANE, _O.PLANE, "", "Plane YZ", settings.set_plane),
+    Row("G", 200, _G.UNIT, _O.UNIT, "", "Lengths in inches", settings.set_unit),
+    Row("G", 210, _G.UNIT, _O.UNIT, "", "Lengths in millimetres", settings.set_unit),
+    Row("G", 900, _G.DISTANCE, _O.DISTANCE, "", "Absolute words", settings.set_distance),
+    Row("G", 910, _G.DISTANCE, _O.DISTANCE, "", "Incremental words", settings.set_distance),
+    Row("G", 901, _G.CENTRE_DISTANCE, _O.DISTANCE, "", "Absolute arc centres",
+        settings.set_centre_distance),
+    Row("G", 911, _G.CENTRE_DISTANCE, _O.DISTANCE, "", "Incremental arc centres",
+        settings.set_centre_distance),
+    Row("G", 930, _G.FEED_MODE, _O.FEED_MODE, "", "Inverse time feed", settings.set_feed_mode),
+    Row("G", 940, _G.FEED_MODE, _O.FEED_MODE, "", "Feed per minute", settings.set_feed_mode),
+    Row("G", 950, _G.FEED_MODE, _O.FEED_MODE, "", "Feed per revolution", settings.set_feed_mode),
+    # Path control and cycle return.
+    Row("G", 610, _G.PATH, _O.PATH, "", "Exact path", settings.set_path),
+    Row("G", 611, _G.PATH, _O.PATH, "", "Exact stop", settings.set_path),
+    Row("G", 640, _G.PATH, _O.PATH, "PQ", "Continuous path", settings.set_path),
+    Row("G", 980, _G.CYCLE_RETURN, _O.CYCLE_RETURN, "", "Cycles return to the initial level",
+        settings.set_cycle_return),
+    Row("G", 990, _G.CYCLE_RETURN, _O.CYCLE_RETURN, "", "Cycles return to the R level",
+        settings.set_cycle_return),
+    # Radius and length compensation.
+    Row("G", 400, _G.COMPENSATION, _O.COMPENSATION, "", "Radius compensation off",
+        settings.cancel_compensation),
+    Row("G", 410, _G.COMPENSATION, _O.COMPENSATION, "D", "Radius left", settings.compensate),
+    Row("G", 420, _G.COMPENSATION, _O.COMPENSATION, "D", "Radius right", settings.compensate),
+    Row("G", 411, _G.COMPENSATION, _O.COMPENSATION, "DL", "Radius left", settings.compensate),
+    Row("G", 421, _G.COMPENSATION, _O.COMPENSATION, "DL", "Radius right", settings.compensate),
+    Row("G", 430, _G.LENGTH, _O.LENGTH, "H", "Tool length", offsets.set_tool_length),
+    Row("G", 431, _G.LENGTH, _O.LENGTH, AXIS_WORDS, "Tool offset in words",
+        offsets.set_tool_length_words),
+    Row("G", 432, _G.LENGTH, _O.LENGTH, "H", "Further tool length", offsets.set_tool_length),
+    Row("G", 440, _G.LENGTH, _O.LENGTH, "H", "Tool length, negative", offsets.set_tool_length),
+    Row("G", 490, _G.LENGTH, _O.LENGTH, "", "Tool length off", offsets.cancel_tool_length),
+    _refused("G", 434, _G.LENGTH, "Tool centre point, rotary words", _TCP),
+    _refused("G", 435, _G.LENGTH, "Tool centre point, vectors", _TCP),
+    _refused("G", 2340, _G.LENGTH, "Tool centre point of Haas", _TCP),
+    # Work offsets.
+    *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "", f"Work offset {index}",
+          offsets.set_work_offset)
+      for index, number in enumerate((540, 550, 560, 570, 580, 590, 591, 592, 593), start=1)),
+    Row("G", 541, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Additional work offset",
+        offsets.set_additional_offset),
+    Row("G", 1540, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Additional work offset",
+        offsets.set_additional_offset, dialects="haas"),
+    Row("G", 520, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Local offset", offsets.set_local_offset),
+    Row("G", 920, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Current point reads the words",
+        offsets.set_g92),
+    Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, "", "Clear G92", offsets.cancel_g92),
+    Row("G", 922, _G.ONE_SHOT, _O.ONE_SHOT, "", "Suspend G92", offsets.cancel_g92),
+    Row("G", 923, _G.ONE_SHOT, _O.ONE_SHOT, "", "Restore G92", offsets.cancel_g92),
+    _refused("G", 100, _G.ONE_SHOT, "Set offsets or tools", "offsets set by programs are not yet"),
+    # Off-switches of modes that are never on.
+    Row("G", 690, _G.FRAME, _O.WORK_OFFSET, "", "Plane rotation off"),
+    Row("G", 2550, _G.TABLE, _O.WORK_OFFSET, "", "Table offset off", dialects="haas"),
+    Row("G", 150, _G.POLAR, _O.DISTANCE, "", "Polar words off"),
+    Row("G", 501, _G.MIRROR, _O.DISTANCE, "", "Mirror off"),
+    _refused("G", 680, _G.FRAME, "Rotation of the plane", "rotation is not followed yet"),
+    _refused("G", 682, _G.FRAME, "Tilted plane", _TILT),
+    _refused("G", 683, _G.FRAME, "Tilted plane from the tool axis", _TILT),
+    _refused("G", 531, _G.ONE_SHOT, "Tool axis normal to the plane", _TILT),
+    _refused("G", 2540, _G.TABLE, "Table offset of Haas", _TILT),
+    _refused("G", 160, _G.POLAR, "Polar words", "polar words are not followed yet"),
+    _refused("G", 511, _G.MIRROR, "Mirror", "mirroring is not followed yet"),
+    # Cycles, probing, calls.
+    *(_refused("G", number * 10, _G.MOTION, "Canned cycle", _CYCLES)
+      for number in (73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89)),
+    *(_refused("G", number, _G.MOTION, "Probing move", "probing is not followed yet")
+      for number in (310, 382, 383, 384, 385)),
+    *(_refused("G", number * 10, _G.ONE_SHOT, "Macro call", _CALLS) for number in (65, 66, 67)),
+    *(_refused("M", number * 10, _G.CALL, "Subprogram", _CALLS) for number in (97, 98, 99)),
+    *(_refused("M", number * 10, _G.TCP, "Tool centre point", _TCP) for number in (428, 429)),
+    # Accepted without an effect on the path.
+    Row("G", 50, _G.NONE, _O.OTHER, "P", "High-speed machining", dialects=_FANUC_HAAS),
+    Row("G", 51, _G.NONE, _O.OTHER, "QR", "Look-ahead", dialects=_FANUC_HAAS),
+    Row("G", 80, _G.NONE, _O.OTHER, "P", "Look-ahead", dialects=_FANUC_HAAS),
+    Row("G", 1870, _G.NONE, _O.OTHER, "PE", "Smoothness", dialects=_FANUC_HAAS),
+    # M codes.
+    *(Row("M", number * 10, _G.STOP, _O.STOP, "", sentence, settings.stop)
+      for number, sentence in ((0, "Stop"), (1, "Optional stop"), (2, "End"), (30, "End"))),
+    Row("M", 60, _G.CHANGE, _O.CHANGE, "", "Tool change", offsets.change_tool),
+    Row("M", 610, _G.CHANGE, _O.CHANGE, "Q", "Tool in the spindle", offsets.declare_tool),
+    Row("M", 30, _G.SPINDLE, _O.SPINDLE, "", "Spindle clockwise", settings.set_spindle),
+    Row("M", 40, _G.SPINDLE, _O.SPINDLE, "", "Spindle counter-clockwise", settings.set_spindle),
+    Row("M", 50, _G.SPINDLE, _O.SPINDLE, "", "Spindle off", settings.set_spindle),
+    Row("M", 190, _G.SPINDLE, _O.SPINDLE, "RQP", "Orient the spindle", settings.set_spindle),
+    *(Row("M", number * 10, _G.COOLANT, _O.COOLANT, "", "Coolant") for number in (7, 8, 9)),
+    *(Row("M", number * 10, _G.OVERRIDE, _O.OTHER, "", "Overrides") for number in (48, 49)),
+    *(Row("M", number * 10, _G.NONE, _O.OTHER, "P", "Clamp") for number in (10, 11, 12, 13)),
+    Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping"),
+    *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output") for number in (62, 63, 64, 65, 67, 68)),
+)
+# fmt: on
+
+
+def codes_of(dialect: Dialect) -> dict[tuple[str, int], Row]:
+    """Return the rows a dialect has, by letter and number in tenths."""
+    return {
+        (row.letter, row.number): row
+        for row in TABLE
+        if not row.dialects or dialect.name in row.dialects.split()
+    }
+
+
+def codes_for(control: Control) -> dict[tuple[str, int], Row]:
+    """Return the rows of the control's dialect and the codes its machine file lists.
+
+    A listed code replaces a refused one, never one that gcodesim follows.
+    """
+    rows = codes_of(control.dialect)
+    for letter, listed, action in (
+        ("G", control.g_codes, settings.listed_g),
+        ("M", control.m_codes, settings.listed_m),
+    ):
+        for code in listed:
+            key = (letter, round(code * 10))
+            if key not in rows or rows[key].refused:
+                sentence = "Listed in the machine file"
+                rows[key] = Row(*key, Group.NONE, Order.OTHER, LEFT_OVER, sentence, action)
+    return rows
+
+
+def unknown_m(number: int) -> Row:
+    """Return the row of an M code that no table lists."""
+    return Row("M", number, Group.NONE, Order.OTHER, LEFT_OVER, "Unknown", settings.unknown_m)

@@ -1,0 +1,287 @@
+"""From program text to canonical commands, block by block, in numbered steps.
+
+Step 1 reads characters into words, step 2 words into codes and values, step 3 checks the block as
+a whole, step 4 executes it in the order of the table of codes. A block is accepted whole or not at
+all: an error takes back what the block has recorded, and nothing behind it is interpreted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gcodesim.errors import ProgramError
+from gcodesim.findings import Finding
+from gcodesim.nc.block import Block
+from gcodesim.nc import moves, settings
+from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Row, codes_for, unknown_m
+from gcodesim.nc.control import Control
+from gcodesim.nc.lexer import explain, lex
+from gcodesim.nc.program import CanonicalProgram, Kind
+from gcodesim.nc.reader import split_lines
+from gcodesim.nc.state import LIMIT, State
+
+END_OF_MOTION = 800
+AXIS_LETTERS = frozenset("XYZABCUVW")
+ALWAYS_USED = frozenset("NOFST")
+CENTRE_WORDS = frozenset("IJKR")
+PERCENT = [("", "", "%")]
+
+
+@dataclass(frozen=True)
+class Interpretation:
+    """What a program means.
+
+    Attributes:
+        program: canonical commands up to the end, or to the block that stopped interpretation.
+        findings: in the order met; repeated ones once, with their count.
+        blocks: blocks interpreted.
+        last_line: line of the last block interpreted, 0 when there is none.
+        ignored: letters and codes dropped by the machine file: "word E (34148 times)".
+        unsupported: codes that were not followed: "G41 line 12".
+        stopped: a finding ended interpretation before the program's end.
+        lines: the program's lines; line n is lines[n - 1].
+    """
+
+    program: CanonicalProgram
+    findings: tuple[Finding, ...]
+    blocks: int
+    last_line: int
+    ignored: tuple[str, ...]
+    unsupported: tuple[str, ...]
+    stopped: bool
+    lines: list[str]
+
+    @property
+    def line_count(self) -> int:
+        """Number of lines of the program text."""
+        return len(self.lines)
+
+
+def interpret(text: str, control: Control, file: str = "") -> Interpretation:
+    """Interpret a program.
+
+    Args:
+        text: program text (reader.read_program).
+        control: what the control knows before the program starts.
+        file: name for findings.
+
+    Returns:
+        The canonical program and what there is to say about it. Never raises for bad programs.
+    """
+    return Interpreter(control, file).run(split_lines(text))
+
+
+class Interpreter:
+    """Takes one program through the steps.
+
+    Attributes:
+        state: where the control stands.
+        blocks, last_line: blocks interpreted, and the line of the last.
+    """
+
+    def __init__(self, control: Control, file: str) -> None:
+        self.control, self.file = control, file
+        self.state = State(control)
+        self.blocks = self.last_line = 0
+        self._codes = codes_for(control)
+        self._rows: dict[tuple[str, str], Row] = {}
+        self._plain_words = frozenset(control.axes) & frozenset(AXIS_WORDS) | {"N", "F"}
+        self._opened = False
+
+    def run(self, lines: list[str]) -> Interpretation:
+        """Interpret all lines up to the program's end or the first refused block."""
+        state = self.state
+        state.emit(Kind.G5X, Block(self.file, 0, ""), state.frames.g5x, aux=1)
+        state.emit(Kind.G92, Block(self.file, 0, ""), state.frames.g92)
+        stopped = not self._run_lines(lines)
+        if not stopped and not state.ended:
+            block = Block(self.file, max(len(lines), 1), lines[-1] if lines else "")
+            state.report(block.finding("program_end_missing", "the program has no end"))
+        return Interpretation(
+            program=state.recorder.program(state.start),
+            findings=state.findings,
+            blocks=self.blocks,
+            last_line=self.last_line,
+            ignored=tuple(
+                f"{what} ({count} time{'s' * (count > 1)})" for what, count in state.ignored.items()
+            ),
+            unsupported=tuple(state.unsupported),
+            stopped=stopped,
+            lines=lines,
+        )
+
+    def _run_lines(self, lines: list[str]) -> bool:
+        """Run blocks; return False when one of them ended interpretation."""
+        state = self.state
+        first = self._skip_opening_percent(lines)
+        for number in range(first, len(lines)):
+            if state.ended:
+                break
+            block = Block(self.file, number + 1, lines[number])
+            mark = len(state.recorder)
+            if self.blocks == self.control.max_blocks:
+                state.report(block.finding("max_blocks", f"limit of {self.blocks} blocks"))
+                return False
+            try:
+                self._run_block(block)
+            except ProgramError as error:
+                state.recorder.truncate(mark)
+                state.report(error.finding)
+                return False
+        return True
+
+    def _skip_opening_percent(self, lines: list[str]) -> int:
+        """Return the index of the first line to run, behind a % on the first non-blank line."""
+        for index, line in enumerate(lines):
+            if line.strip():
+                self._opened = line.strip() == "%"
+                return index + 1 if self._opened else index
+        return len(lines)
+
+    def _run_block(self, block: Block) -> None:
+        # Step 1: characters to words.
+        lex(block)
+        if not block.tokens and not block.messages:
+            return
+        if block.deleted and self.control.block_delete:
+            return
+        if block.tokens == PERCENT and self._opened:
+            self.state.ended = True
+            return
+        for text in block.messages:
+            self.state.recorder.message(block.line, text)
+        # Step 2: words to codes and values.
+        self._read(block)
+        # Steps 3 and 4; a plain block has nothing to check, and its order is known.
+        self.blocks += 1
+        self.last_line = block.line
+        if not self._run_plain(block):
+            for row in self._check(block):
+                if row.action is not None:
+                    row.action(self.state, block, row.number)
+
+    def _read(self, block: Block) -> None:
+        """Step 2: find the row of every code, and keep the value of every other word."""
+        values, ignore = block.values, self.control.ignore_words
+        for index, (letter, number, _) in enumerate(block.tokens):
+            if letter in ("G", "M"):
+                block.rows.append(
+                    self._rows.get((letter, number)) or self._row(block, letter, number, index)
+                )
+            elif not letter:
+                raise self._stray(block, index)
+            elif letter in ignore:
+                block.ignored = True
+                self.state.ignored[f"word {letter}"] += 1
+            elif letter in values:
+                raise block.error("duplicate_word", f"{letter} twice", index)
+            else:
+                values[letter] = float(number)
+                if len(number) > 12 and letter != "N" and abs(values[letter]) > LIMIT:
+                    raise block.error("number_too_large", f"{letter}{number}", index)
+
+    def _stray(self, block: Block, index: int) -> ProgramError:
+        if block.tokens == PERCENT:
+            return block.error("stray_percent", "% without an opening one", index)
+        return explain(block, index)
+
+    def _row(self, block: Block, letter: str, number: str, index: int) -> Row:
+        """Return the row of a code; rows are kept by the text of the number."""
+        tenths = round(min(max(float(number), -LIMIT), LIMIT) * 10)
+        row = self._codes.get((letter, tenths))
+        if row is None and letter == "G":
+            self.state.unsupported.append(f"G{number} line {block.line}")
+            raise block.error("unknown_g", f"unknown code G{number}", index)
+        row = row or unknown_m(tenths)
+        self._rows[letter, number] = row
+        return row
+
+    def _run_plain(self, block: Block) -> bool:
+        """Run a block of nothing but G0 or G1, axis words, F and N; return False for others.
+
+        This is the general way, less the checks such a block cannot fail.
+        """
+        state, values = self.state, block.values
+        if len(block.rows) > 1 or not values.keys() <= self._plain_words:
+            return False
+        row = block.rows[0] if block.rows else self._codes["G", state.modal.motion]
+        if row.letter != "G" or row.number not in (0, 10):
+            return False
+        if "N" in values and not _is_block_number(values["N"]):
+            return False
+        if "F" in values:
+            settings.set_feed(state, block, 0)
+        block.moves = len(values) > ("N" in values) + ("F" in values)
+        moves.straight(state, block, row.number)
+        return True
+
+    def _check(self, block: Block) -> list[Row]:
+        """Step 3: check the block as a whole; return the rows to execute, in their order.
+
+        Raises:
+            ProgramError: codes or words of the block do not go together.
+        """
+        rows = self._agreeing_rows(block)
+        motion = next((row for row in rows if row.group is Group.MOTION), None)
+        others = [row for row in rows if row is not motion]
+        takers = [row for row in others if AXIS_WORDS in row.words]
+        if len(takers) > 1:
+            what = f"{takers[0].name} and {takers[1].name} both take axis words"
+            raise block.error("modal_conflict", what, takers[1].name)
+        axis_words = block.values.keys() & AXIS_LETTERS
+        if block.ignored and not axis_words:
+            # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
+            others = [row for row in others if row not in takers]
+        axis_words -= frozenset("".join(row.words for row in others))
+        active = motion or self._codes["G", self.state.modal.motion]
+        if active.action is moves.arc:
+            centre_words = bool(block.values.keys() & CENTRE_WORDS)
+            block.moves = bool(axis_words) or centre_words or (motion is not None and not takers)
+        else:
+            block.moves = bool(axis_words)
+        self._check_words(block, [*others, active] if block.moves or motion else others)
+        if axis_words and active.number == END_OF_MOTION:
+            letter = min(axis_words)
+            raise block.error("axis_without_motion", f"{letter} without a motion code", letter)
+        acting = [*others, *(row for letter, row in WORDS.items() if letter in block.values)]
+        if block.moves or motion:
+            acting.append(active)
+        return sorted(acting, key=lambda row: row.order)
+
+    def _agreeing_rows(self, block: Block) -> list[Row]:
+        """Return the block's rows less a G80 that does nothing; refuse conflicts and refused codes."""
+        rows = block.rows
+        others = [row for row in rows if (row.letter, row.number) != ("G", END_OF_MOTION)]
+        with_motion = any(row.group is Group.MOTION for row in others)
+        if with_motion or self.control.dialect.g80 == "cycle":
+            rows = others
+        groups: dict[Group, Row] = {}
+        for row in rows:
+            first = groups.setdefault(row.group, row)
+            if first is not row and row.group is not Group.NONE:
+                what = f"{first.name} and {row.name} are of one group"
+                raise block.error("modal_conflict", what, row.name)
+        for row in rows:
+            if row.refused:
+                self.state.unsupported.append(f"{row.name} line {block.line}")
+                meaning = "unknown_g" if row.letter == "G" else "unsupported_m"
+                raise block.error(meaning, f"{row.name} ({row.refused})", row.name)
+        return rows
+
+    def _check_words(self, block: Block, rows: list[Row]) -> None:
+        """Check that the machine has every axis, and that a code uses every letter."""
+        used = ALWAYS_USED.union(*(row.words for row in rows))
+        other_use = frozenset("".join(row.words for row in rows if AXIS_WORDS not in row.words))
+        for letter, value in block.values.items():
+            if letter in AXIS_LETTERS:
+                if letter not in self.control.axes and letter not in other_use:
+                    self.state.unsupported.append(f"word {letter} line {block.line}")
+                    raise block.error("unknown_word", f"{letter} is no axis here", letter)
+            elif letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
+                raise block.error("unused_word", f"{letter}{value:g}", letter)
+            elif letter == "N" and not _is_block_number(value):
+                raise block.error("integer_expected", f"N{value:g}", "N")
+
+
+def _is_block_number(value: float) -> bool:
+    return value >= 0 and value == value // 1

@@ -1,0 +1,102 @@
+"""The outcome of a check: first contact, findings, coverage, and the verdict that follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from gcodesim.findings import FAIL, INCONCLUSIVE, Finding
+
+PASS = "pass"
+
+CONTRACT = (
+    "PASS means that the machine, moved as the program commands, brings no checked pair of parts "
+    "into contact: at no sample, and at no instant between samples to within the stated tolerance; "
+    "whatever was not checked makes the verdict INCONCLUSIVE."
+)
+"""What a verdict promises, word for word as in README, --help and the report."""
+
+EXIT_CODES = {PASS: 0, FAIL: 1, INCONCLUSIVE: 3}
+USAGE_EXIT, INTERRUPT_EXIT = 2, 130
+EXIT_ORDER = (USAGE_EXIT, 1, 3, 0)
+"""Of several programs, the worst exit code counts, in this order."""
+
+
+@dataclass(frozen=True)
+class FirstContact:
+    """The first contact of a program.
+
+    Attributes:
+        sample: smallest sample index in contact; time_s is the instant looked at, at most one
+            sample period before it.
+        pair, parts, triangles: what touches; triangles are numbered within their part.
+        point_mm: a shared point, world coordinates.
+        axes: axis letter -> position [mm, deg].
+    """
+
+    sample: int
+    time_s: float
+    pair: tuple[str, str]
+    parts: tuple[str, str]
+    triangles: tuple[int, int] | None
+    point_mm: tuple[float, float, float] | None
+    line: int
+    block: str
+    axes: dict[str, float]
+    tool: int | None
+    between_samples: bool = False
+    distance_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """What was checked, and what was not."""
+
+    pairs: tuple[tuple[str, str], ...] = ()
+    between_samples: bool = False
+    unsupported: tuple[str, ...] = ()
+    ignored: tuple[str, ...] = ()
+    uncertified: tuple[str, ...] = ()
+    unchecked_by_rule: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class CheckResult:
+    """Everything a report shows about one program."""
+
+    program: str
+    machine: str
+    verified_model: bool
+    device: str
+    method: str
+    dialect: str
+    sample_period_s: float
+    samples: int
+    duration_s: float
+    blocks: int
+    speed_mm_s: float
+    first_contact: FirstContact | None
+    findings: tuple[Finding, ...]
+    coverage: Coverage
+    work: dict[str, int] = field(default_factory=dict)
+    timing_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def verdict(self) -> str:
+        """pass, fail or inconclusive."""
+        return decide(self.findings, self.samples, len(self.coverage.pairs))
+
+
+def decide(findings: Sequence[Finding], samples: int, pairs: int) -> str:
+    """Verdict that follows from the findings: nothing checked is never a pass."""
+    effects = {finding.effect for finding in findings}
+    if FAIL in effects:
+        return FAIL
+    if INCONCLUSIVE in effects or samples == 0 or pairs == 0:
+        return INCONCLUSIVE
+    return PASS
+
+
+def worst_exit(codes: Sequence[int]) -> int:
+    """Exit code of several programs."""
+    return min(codes, key=EXIT_ORDER.index)
