@@ -46,5 +46,5 @@ LINEAR_LIMIT_SLACK_MM = 1.0e-6
 end exactly on a limit must not fail through rounding."""
 
 FULL_CIRCLE_MM = 1.0e-9
-"""An arc whose end lies this near its start [mm] in the plane is a full circle. Programs have 4
+"""An arc whose end lies this near its start [mm] along the arc is a full circle. Programs have 4
 decimals; rounding of machine coordinates stays below 1e-11 mm."""

@@ -74,7 +74,6 @@ class CheckResult:
     samples: int
     duration_s: float
     blocks: int
-    speed_mm_s: float
     first_contact: FirstContact | None
     findings: tuple[Finding, ...]
     coverage: Coverage

@@ -53,11 +53,11 @@ def find_touching_triangles(
     own = triangle_box(triangles_a[i])
     for j in range(triangles_b.shape[0]):
         posed = posed_triangle(pose, triangles_b[j])
-        if aabbs_overlap(triangle_box(posed), own.low, own.high):
-            if triangles_touch(triangles_a[i], posed):
-                key = (wp.int64(i) << NUMBER_BITS) + wp.int64(j)
-                wp.atomic_min(lowest_out, 0, key)
-                return
+        near = aabbs_overlap(triangle_box(posed), own.low, own.high)
+        if near and triangles_touch(triangles_a[i], posed):
+            key = (wp.int64(i) << NUMBER_BITS) + wp.int64(j)
+            wp.atomic_min(lowest_out, 0, key)
+            return
 
 
 @wp.kernel

@@ -16,7 +16,7 @@ from gcodesim.collision.poses import PathArrays, path_arrays
 from gcodesim.collision.scene import Scene, build_scene
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Body, Machine, Pair
-from gcodesim.machine.spindle import bodies_in_place, tool_body
+from gcodesim.machine.spindle import bodies_in_place, table_entry
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Instants, Span, sample_of, tool_spans, window, windows
 
@@ -55,12 +55,14 @@ class Detection:
     Attributes:
         contact: first contact, None when every sample is free.
         checked: pairs looked at.
+        spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
         undecided: open parts for which containment cannot be decided, with their pair.
     """
 
     contact: Contact | None = None
     checked: set[Pair] = field(default_factory=set)
+    spans: list[Span] = field(default_factory=list)
     missing: list[Span] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     work: Work = field(default_factory=Work)
@@ -90,6 +92,7 @@ def detect(task: Task) -> Detection:
     detection = Detection()
     arrays = path_arrays(task.path, task.device)
     for span in _spans_by_body(task):
+        detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
         pairs = tuple(p for p in task.machine.pairs if _is_present(p, bodies))
         if len(pairs) < len(task.machine.pairs):
@@ -110,17 +113,24 @@ def detect(task: Task) -> Detection:
 
 
 def _spans_by_body(task: Task) -> list[Span]:
-    """Stretches of time with the same tool body; a tool change for an equal one changes nothing."""
+    """Stretches of time with the same tool body; a change for the same one changes nothing."""
     merged: list[Span] = []
-    last: Body | None = None
+    mounted: int | None = None
     for span in tool_spans(task.path):
-        body = tool_body(task.machine, span.tool)
-        if merged and body == last:
+        entry = table_entry(task.machine, span.tool)
+        number = entry.number if entry else _shapeless_number(task.machine, span.tool)
+        if merged and number == mounted:
             merged[-1] = replace(merged[-1], end_ps=span.end_ps)
         else:
             merged.append(span)
-        last = body
+        mounted = number
     return merged
+
+
+def _shapeless_number(machine: Machine, number: int | None) -> int | None:
+    """Number that tells tools without a table entry apart; None = the mounted tool stands in."""
+    stands_for_all = machine.tool is not None and machine.tool.for_all
+    return None if stands_for_all else number
 
 
 def _is_present(pair: Pair, bodies: dict[str, Body]) -> bool:

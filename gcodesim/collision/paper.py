@@ -4,8 +4,9 @@ Triangles outside the machine's operating range are removed beforehand. Per samp
 sub-boxes per body, their overlaps interchanged into smaller regions, then one thread per triangle
 pair: blocks of 32 x 32 threads, (N/32+1) x (M/32+1) blocks, consecutive threads fetching
 consecutive triangles; six axes where the triangles lie in one plane, eleven otherwise; one
-collision flag per sample. Axes are certified (predicates.py), so this method misses nothing either, but with
-fewer axes it may call nearly coplanar triangles a contact. Loops are unrolled by the compiler.
+collision flag per sample. Axes are certified (predicates.py), so this method misses nothing
+either, but with fewer axes it may call nearly coplanar triangles a contact. The compiler unrolls
+the loops.
 """
 
 from __future__ import annotations

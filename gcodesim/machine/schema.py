@@ -13,8 +13,13 @@ from pydantic_core import PydanticCustomError
 
 from gcodesim.machine.yaml_lines import suggest
 
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0)]
+LARGEST = 1e9
+"""Largest number of a file, in any unit: beyond it squares of lengths lose the micrometre."""
+
+Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
+NotNegative = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
+FileName = Annotated[str, Field(pattern=r"^[^\x00-\x1f]+$")]
 Natural = Annotated[int, Field(strict=True, ge=1)]
 Vector = tuple[Number, Number, Number]
 Size = tuple[Positive, Positive, Positive]
@@ -78,7 +83,7 @@ class Cylinder(Section):
 class Cone(Cylinder):
     """A cone or frustum, drawn around: never smaller than the ideal one."""
 
-    top_radius: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
+    top_radius: NotNegative = Field(
         default=0.0,
         description="radius at the end the axis points to; `radius` is at the other [mm]",
     )
@@ -99,7 +104,7 @@ SHAPE_KEYS = ("mesh", "box", "cylinder", "cone", "revolve", "extrude")
 class Shape(Section):
     """One closed shape: a mesh file or a primitive."""
 
-    mesh: str | None = Field(default=None, description="mesh file, relative to this file")
+    mesh: FileName | None = Field(default=None, description="mesh file, relative to this file")
     box: Box | None = None
     cylinder: Cylinder | None = None
     cone: Cone | None = None
@@ -251,9 +256,7 @@ class PairSpec(Section):
     links: tuple[PartName, PartName] = Field(
         description="names of links, of the tool, or of one part: `C.table`"
     )
-    clearance: Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0)] = Field(
-        default=0.0, description="distance that must stay free [mm]"
-    )
+    clearance: NotNegative = Field(default=0.0, description="distance that must stay free [mm]")
     severity: Severity = Field(default="warning", description="of a finding about the clearance")
 
     @model_validator(mode="before")
@@ -298,12 +301,8 @@ class Arc(Section):
 class PathTolerance(Section):
     """How far the control may leave the programmed path; null: exact path assumed, and said."""
 
-    G64: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
-        default=None, description="[mm]"
-    )
-    rapid: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] | None = Field(
-        default=None, description="[mm]"
-    )
+    G64: NotNegative | None = Field(default=None, description="[mm]")
+    rapid: NotNegative | None = Field(default=None, description="[mm]")
 
 
 class MachineFile(Section):
@@ -359,7 +358,7 @@ class Turned(Section):
     profile: Profile | None = Field(
         default=None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
     )
-    mesh: str | None = Field(
+    mesh: FileName | None = Field(
         default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
     )
 
@@ -384,13 +383,13 @@ class Flute(Section):
     length: Positive | None = Field(
         default=None, description="height of the cutting part from the tip [mm]"
     )
-    corner_radius: Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)] = Field(
+    corner_radius: NotNegative = Field(
         default=0.0, description="[mm]; half the diameter makes a ball"
     )
-    taper: Annotated[float, Field(strict=True, gt=-80, lt=80, allow_inf_nan=False)] = Field(
+    taper: Annotated[float, Field(strict=True, gt=-80, lt=80)] = Field(
         default=0.0, description="between axis and side, positive when it widens upwards [deg]"
     )
-    mesh: str | None = Field(
+    mesh: FileName | None = Field(
         default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
     )
 
@@ -431,10 +430,10 @@ class SetupBody(BodyShapes):
 class SetupFile(Section):
     """A setup.yaml."""
 
-    machine: str | None = Field(
+    machine: FileName | None = Field(
         default=None, description="machine file or name of a shipped machine"
     )
-    tools: str | None = Field(default=None, description="tools file, relative to this file")
+    tools: FileName | None = Field(default=None, description="tools file, relative to this file")
     units: Unit = Field(default="mm", description="of the mesh files")
     offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
     start: Position = Field(default_factory=dict, description="replaces that of the machine file")

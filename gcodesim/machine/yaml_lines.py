@@ -24,6 +24,9 @@ DEPTH_LIMIT = 32
 """Deepest nesting of a file; an alias that contains itself ends here."""
 
 
+_COLLECTIONS = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
+
+
 class _Loader(yaml.SafeLoader):
     """SafeLoader with the plain scalars of YAML 1.2: 1e3 is a number, `on` and 1:30 are words."""
 
@@ -164,6 +167,8 @@ class _Walk:
             )
         if len(key) > DEPTH_LIMIT:
             raise self._error(f"nested deeper than {DEPTH_LIMIT}", node, key[:3])
+        if isinstance(node, yaml.CollectionNode) and node.tag not in _COLLECTIONS:
+            raise self._error(f"unknown tag {node.tag}", node, key)
         if isinstance(node, yaml.MappingNode):
             return self._mapping(loader, node, key)
         if isinstance(node, yaml.SequenceNode):

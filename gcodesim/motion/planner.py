@@ -5,11 +5,19 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import FULL_CIRCLE_MM, MAX_TIME_PS, PS_PER_S
+from gcodesim.constants import MAX_TIME_PS, PS_PER_S
 from gcodesim.findings import Finding
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import ARC_PIECE, CONSTANT_SPEED, Path, ToolChange
-from gcodesim.nc.program import AXES, CanonicalProgram, FeedMode, Kind, path_lengths
+from gcodesim.nc.program import (
+    AXES,
+    CanonicalProgram,
+    FeedMode,
+    Kind,
+    arc_sweeps,
+    path_lengths,
+    starts_of_moves,
+)
 
 
 def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Finding]]:
@@ -20,12 +28,12 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     """
     is_move = np.isin(program.kind, (Kind.RAPID, Kind.FEED, Kind.ARC))
     columns = [AXES.index(joint.name) for joint in machine.joints]
-    before, after = _move_ends(program, is_move)
+    before = starts_of_moves(program)
     lengths = path_lengths(program)
-    keep = (is_move & (lengths > 0.0)) | ((program.kind == Kind.DWELL) & (program.f > 0.0))
-    rows = np.flatnonzero(keep | (is_move & np.any(before != after, axis=1)))
-
-    q0, q1 = before[rows][:, columns], after[rows][:, columns]
+    dwells = (program.kind == Kind.DWELL) & (program.f > 0.0)
+    rows = np.flatnonzero(dwells | (is_move & (lengths > 0.0)))
+    q0 = before[rows][:, columns]
+    q1 = np.where(is_move[rows, None], program.to[rows][:, columns], q0)
     wanted = _feed_times(program, lengths, rows)
     least = _least_times(machine, q0, q1)
     seconds = np.where(program.kind[rows] == Kind.RAPID, least, np.maximum(wanted, least))
@@ -38,7 +46,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         message = f"program time passes {limit:.3g} s here; what follows is not checked"
         findings.append(Finding("GC424", message, "time_limit", line=line))
         rows, q0, q1 = rows[:kept], q0[:kept], q1[:kept]
-    arc, arcs = _arc_pieces(program, rows, before, after)
+    arc, arcs = _arc_pieces(program, rows, before)
     names = machine.axes
     path = Path(
         joints=names,
@@ -53,17 +61,6 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         tool_changes=_tool_changes(program, rows),
     )
     return path, findings
-
-
-def _move_ends(
-    program: CanonicalProgram, is_move: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Position before and after every command, each of shape (n, 6)."""
-    last = np.maximum.accumulate(np.where(is_move, np.arange(len(program)), -1))
-    stops = np.vstack([program.start[None, :], program.to])
-    after = stops[last + 1]
-    before = np.vstack([program.start[None, :], after[:-1]]) if len(program) else after
-    return before, after
 
 
 def _feed_times(
@@ -130,7 +127,6 @@ def _arc_pieces(
     program: CanonicalProgram,
     rows: NDArray[np.intp],
     before: NDArray[np.float64],
-    after: NDArray[np.float64],
 ) -> tuple[NDArray[np.int32], NDArray[np.void]]:
     """Arc index per piece and the arcs in displacement form."""
     on_arc = np.flatnonzero(program.kind[rows] == Kind.ARC)
@@ -138,29 +134,19 @@ def _arc_pieces(
     index[on_arc] = np.arange(len(on_arc), dtype=np.int32)
     chosen = rows[on_arc]
     source = program.arcs[program.aux[chosen]]
-    return index, displacement_arcs(source, before[chosen, :3], after[chosen, :3])
+    return index, displacement_arcs(source, before[chosen, :3], program.to[chosen, :3])
 
 
 def displacement_arcs(
     source: NDArray[np.void], start: NDArray[np.float64], end: NDArray[np.float64]
 ) -> NDArray[np.void]:
-    """ARC_PIECE rows for arcs (nc ARC_DTYPE) from `start` to `end`, shapes (n, 3) [mm].
-
-    The sweep lies in (0, 360] degrees plus the extra turns; an end that coincides with the start in
-    the plane (within FULL_CIRCLE_MM) is a full circle.
-    """
+    """ARC_PIECE rows for arcs (nc ARC_DTYPE) from `start` to `end`, shapes (n, 3) [mm]."""
     normal = source["normal"]
     arcs = np.zeros(len(source), ARC_PIECE)
-    u, arcs["r0"] = _in_plane(start - source["center"], normal)
-    e, arcs["r1"] = _in_plane(end - source["center"], normal)
-    v = np.cross(normal, u)
-    angle = np.degrees(np.arctan2(np.sum(e * v, axis=1), np.sum(e * u, axis=1)))
-    turn = np.where(source["turns"] > 0, 1.0, -1.0)
-    sweep = np.where(angle * turn <= 0.0, angle * turn + 360.0, angle * turn)
-    chord = np.linalg.norm(np.cross(normal, end - start), axis=1)
-    sweep = np.where(chord <= FULL_CIRCLE_MM, 360.0, sweep)
-    arcs["sweep"] = turn * (sweep + 360.0 * (np.abs(source["turns"]) - 1))
-    arcs["u"], arcs["v"] = u, v
+    arcs["u"], arcs["r0"] = _in_plane(start - source["center"], normal)
+    _, arcs["r1"] = _in_plane(end - source["center"], normal)
+    arcs["v"] = np.cross(normal, arcs["u"])
+    arcs["sweep"] = np.degrees(arc_sweeps(start, end, source))
     arcs["lift"] = np.sum((end - start) * normal, axis=1)[:, None] * normal
     return arcs
 

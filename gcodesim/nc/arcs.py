@@ -7,11 +7,8 @@ from __future__ import annotations
 
 import math
 
+from gcodesim.constants import FULL_CIRCLE_MM
 from gcodesim.nc.control import ArcTolerance
-
-COINCIDENT_MM = 1e-6
-"""An arc shorter than this is a full turn [mm]. No control resolves less than 1e-4 mm, and the
-float noise of machine coordinates is below 1e-9 mm; larger would swallow short arcs."""
 
 Point = tuple[float, float]
 
@@ -55,7 +52,7 @@ def centre_from_radius(
         ArcError: the end is the start, or the radius cannot reach.
     """
     chord = math.dist(start, end)
-    if chord < COINCIDENT_MM:
+    if chord < FULL_CIRCLE_MM:
         raise ArcError("arc_end_equals_start", "the R arc ends where it starts")
     if abs(radius) < tol.r_tol_mm:
         raise ArcError("arc_zero_radius", f"R {radius:.6g} mm")

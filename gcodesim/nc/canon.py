@@ -9,8 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from gcodesim.nc.interpreter import Interpretation
-from gcodesim.nc.lengths import path_lengths
-from gcodesim.nc.program import CanonicalProgram, FeedMode, Kind
+from gcodesim.nc.program import CanonicalProgram, FeedMode, Kind, path_lengths
 
 PLANES = ("YZ", "ZX", "XY")
 """Name of a plane by the axis its normal lies nearest to."""
@@ -51,11 +50,14 @@ def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict
             return {"to": to, "f": feed}
         case Kind.ARC:
             arc = program.arcs[aux]
+            axis = int(np.argmax(np.abs(arc["normal"])))
+            # A rotated work offset may turn the normal over; the named plane looks along +axis.
+            sense = int(np.sign(arc["normal"][axis]))
             return {
-                "plane": PLANES[int(np.argmax(np.abs(arc["normal"])))],
+                "plane": PLANES[axis],
                 "to": to,
                 "center": arc["center"].tolist(),
-                "turns": int(arc["turns"]),
+                "turns": sense * int(arc["turns"]),
                 "f": feed,
             }
         case Kind.DWELL:

@@ -1,4 +1,4 @@
-"""The one table of codes: group checks, word checks, order and the supported list follow from it."""
+"""The one table of codes: group checks, word checks, order and supported list follow from it."""
 
 from __future__ import annotations
 
@@ -212,7 +212,8 @@ TABLE: tuple[Row, ...] = (
     *(Row("M", number * 10, _G.OVERRIDE, _O.OTHER, "", "Overrides") for number in (48, 49)),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "P", "Clamp") for number in (10, 11, 12, 13)),
     Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping"),
-    *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output") for number in (62, 63, 64, 65, 67, 68)),
+    *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output")
+      for number in (62, 63, 64, 65, 67, 68)),
 )
 # fmt: on
 

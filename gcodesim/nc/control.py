@@ -77,6 +77,8 @@ class Control:
         mounted_length: length of the mounted tool [mm], the offset of G43 without a table.
         offsets: 1 = G54 .. 9 = G59.3, 101.. = G54.1 P1..; G54 is zero when left out.
         reference: "G28" and "G30" -> axis letter -> machine position [mm, deg].
+        wrap: rotary axis letter -> none | shortest | sign, see wrap.unwound; left out = none.
+        travel: rotary axis letter -> lower and upper machine limit [deg], for wrap.
         feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
         m_codes, g_codes: code -> none | clamp | stop: accepted without an effect on the path.
         ignore_words: letters that are dropped and counted.
@@ -93,6 +95,8 @@ class Control:
     mounted_length: float = 0.0
     offsets: Mapping[int, WorkOffsetLike] = field(default_factory=dict)
     reference: Mapping[str, Mapping[str, float]] = field(default_factory=_machine_zero)
+    wrap: Mapping[str, str] = field(default_factory=dict)
+    travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     feed: float | None = None
     m_codes: Mapping[float, str] = field(default_factory=dict)
     g_codes: Mapping[float, str] = field(default_factory=dict)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from gcodesim.errors import ProgramError
 from gcodesim.findings import Finding
-from gcodesim.nc.block import Block
 from gcodesim.nc import moves, settings
+from gcodesim.nc.block import Block
 from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Row, codes_for, unknown_m
 from gcodesim.nc.control import Control
 from gcodesim.nc.lexer import explain, lex
@@ -249,7 +249,7 @@ class Interpreter:
         return sorted(acting, key=lambda row: row.order)
 
     def _agreeing_rows(self, block: Block) -> list[Row]:
-        """Return the block's rows less a G80 that does nothing; refuse conflicts and refused codes."""
+        """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
         rows = block.rows
         others = [row for row in rows if (row.letter, row.number) != ("G", END_OF_MOTION)]
         with_motion = any(row.group is Group.MOTION for row in others)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 from gcodesim.nc.arcs import ArcError, Point, centre_from_radius, check_centre
 from gcodesim.nc.block import Block
 from gcodesim.nc.offsets import axis_values
 from gcodesim.nc.program import AXES, Kind
 from gcodesim.nc.state import State
+from gcodesim.nc.wrap import unwound
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
 
@@ -20,14 +23,23 @@ def target(state: State, block: Block) -> list[float]:
     """Return the program point the axis words name; letters left out keep their value."""
     point = state.point.copy()
     incremental = state.modal.distance == 910
-    scale = state.scale
+    scale, wraps = state.scale, state.wraps
     for letter, value in block.values.items():
         if letter in INDEX:
             i = INDEX[letter]
-            if i < 3:
-                value *= scale
-            point[i] = point[i] + value if incremental else value
+            length = value * scale if i < 3 else value
+            if incremental:
+                point[i] += length
+            else:
+                point[i] = _unwound(state, i, value, point) if letter in wraps else length
     return point
+
+
+def _unwound(state: State, i: int, value: float, origin: list[float]) -> float:
+    """Return the angle a rotary word means; origin is the current point in the word's frame."""
+    letter, shift = AXES[i], state.position[i] - origin[i]
+    lower, upper = state.control.travel.get(letter, (-math.inf, math.inf))
+    return unwound(value, origin[i], state.wraps[letter], lower - shift, upper - shift)
 
 
 def straight(state: State, block: Block, number: int) -> None:
@@ -40,7 +52,7 @@ def straight(state: State, block: Block, number: int) -> None:
         point = state.frames.program(position)
     else:
         point = target(state, block)
-        position = state.frames.machine(point)
+        position = state.reach(point)
     if number == 0:
         move(state, block, Kind.RAPID, position, 0.0)
     else:
@@ -63,7 +75,8 @@ def _machine_target(state: State, block: Block) -> list[float]:
         raise block.error("g53_incremental", "G53 under G91", "G53")
     position = state.position.copy()
     for i, value in axis_values(state, block).items():
-        position[i] = value
+        wraps = AXES[i] in state.wraps
+        position[i] = _unwound(state, i, value, position) if wraps else value
     return position
 
 
@@ -74,20 +87,21 @@ def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
         ProgramError: it is missing, or G95 has no spindle speed.
     """
     modal = state.modal
-    if modal.spindle not in (30, 40):
-        what = "feed move with the spindle off"
-        state.report(block.finding("spindle_off_feed", what))
+    feed = modal.feed if rotary_only else (modal.feed or 0.0) * modal.feed_scale
     if modal.feed_mode == 930:
-        if not block.values.get("F"):
+        feed = block.values.get("F")
+        if not feed:
             raise block.error("inverse_feed_missing", "no F in a G93 block")
-        return block.values["F"]
-    if not modal.feed:
-        if state.control.feed and modal.feed_mode == 940 and not modal.feed_given:
-            return state.control.feed
+    elif not feed and modal.feed_mode == 940 and not modal.feed_given:
+        feed = state.control.feed
+    if not feed:
         raise block.error("feed_missing", "feed move without F")
     if modal.feed_mode == 950 and not modal.speed:
         raise block.error("feed_per_rev_no_spindle", "G95 with S0")
-    return modal.feed if rotary_only else modal.feed * modal.feed_scale
+    if modal.spindle not in (30, 40) and not state.has_reported("spindle_off_feed"):
+        what = "feed move with the spindle off"
+        state.report(block.finding("spindle_off_feed", what))
+    return feed
 
 
 def arc(state: State, block: Block, number: int) -> None:
@@ -114,7 +128,8 @@ def arc(state: State, block: Block, number: int) -> None:
         -turns if clockwise else turns,
     )
     f = feed_of(state, block)
-    state.point, state.position = end, frames.machine(end)
+    state.position = state.reach(end)
+    state.point = end
     state.recorder.add(
         Kind.ARC,
         block.line,
@@ -170,7 +185,7 @@ def return_to_reference(state: State, block: Block, number: int) -> None:
     reference = state.control.reference.get(code, {})
     if missing := [letter for letter in named if letter not in reference]:
         raise block.error("reference_not_found", f"{code} {missing[0]}", missing[0])
-    move(state, block, Kind.RAPID, state.frames.machine(target(state, block)), 0.0)
+    move(state, block, Kind.RAPID, state.reach(target(state, block)), 0.0)
     position = state.position.copy()
     for letter in named:
         position[INDEX[letter]] = reference[letter]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from array import array
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,8 +17,9 @@ class Recorder:
     """Grows the columns of a CanonicalProgram."""
 
     def __init__(self) -> None:
-        self._kind, self._line, self._to = array("B"), array("i"), array("d")
-        self._f, self._mode, self._speed, self._aux = (array(t) for t in "dBfi")
+        self._kind, self._line, self._aux = array("B"), array("i"), array("i")
+        self._to, self._f = array("d"), array("d")
+        self._mode, self._speed = array("B"), array("f")
         self._arcs: list[ArcRow] = []
         self._texts: list[str] = []
 
@@ -28,7 +30,7 @@ class Recorder:
         self,
         kind: int,
         line: int,
-        to: list[float] | tuple[float, ...] = ZERO,
+        to: Sequence[float] = ZERO,
         *,
         f: float = 0.0,
         mode: int = 94,

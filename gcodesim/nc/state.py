@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 from gcodesim.findings import Finding
@@ -17,7 +18,7 @@ INCH = 25.4
 """Millimetres per inch, exact by definition."""
 
 LIMIT = 1e12
-"""Largest position, feed or speed taken from a program; beyond it sums lose a thousandth of a mm."""
+"""Largest value taken from a program; beyond it float64 cannot hold thousandths of a mm."""
 
 
 class State:
@@ -26,6 +27,7 @@ class State:
     Attributes:
         point: current position as the program counts it, X Y Z [mm], A B C [deg].
         position: the same as machine position of the controlled point.
+        wraps: rotary letters whose words are read modulo 360, and how.
         recorder: canonical commands so far.
         ignored: what was dropped or listed as doing nothing -> times.
         unsupported: what was not followed, with its line.
@@ -44,6 +46,7 @@ class State:
         self.start = [control.start.get(letter, 0.0) for letter in AXES]
         self.position = list(self.start)
         self.point = self.frames.program(self.position)
+        self.wraps = {letter: how for letter, how in control.wrap.items() if how != "none"}
         self.recorder = Recorder()
         self.ignored: Counter[str] = Counter()
         self.unsupported: list[str] = []
@@ -69,13 +72,30 @@ class State:
         first, count = self._findings.get(key, (finding, 0))
         self._findings[key] = (first, count + 1)
 
+    def has_reported(self, meaning: str) -> bool:
+        """Tell whether a finding with this meaning and no subject was kept."""
+        return (meaning, "") in self._findings
+
     def reframe(self) -> None:
         """Count the position anew after a change of frames: offsets never move the machine."""
         self.frames.update()
         self.point = self.frames.program(self.position)
 
+    def reach(self, point: list[float]) -> list[float]:
+        """Return the machine position of a program point.
+
+        An axis that is not told to move keeps its very number: noise of 1e-14 mm in X would turn a
+        rotary move, whose feed is in deg/min, into a linear one.
+        """
+        position = self.frames.machine(point)
+        turned = self.frames.rotation and point[:2] != self.point[:2]
+        for i in range(2 if turned else 0, 6):
+            if point[i] == self.point[i]:
+                position[i] = self.position[i]
+        return position
+
     def emit(
-        self, kind: Kind, block: Block, value: list[float] | None = None, aux: int = 0
+        self, kind: Kind, block: Block, value: Sequence[float] = ZERO, *, aux: int = 0
     ) -> None:
         """Record a command that is no move."""
-        self.recorder.add(kind, block.line, value or ZERO, aux=aux)
+        self.recorder.add(kind, block.line, value, aux=aux)

@@ -1,0 +1,117 @@
+"""The whole check, in order: interpret, plan, detect, decide."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
+from gcodesim.findings import Finding
+from gcodesim.machine.control import control_for
+from gcodesim.machine.model import Machine
+from gcodesim.motion.limits import overtravels
+from gcodesim.motion.planner import plan
+from gcodesim.motion.samples import sample_count
+from gcodesim.nc.interpreter import interpret
+from gcodesim.verdict import CheckResult
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a user may choose for a check.
+
+    Attributes:
+        dialect: replaces the dialect of the machine file.
+        feed: feed until the first F word [mm/min].
+        period_ps: sample period [ps].
+        device: auto | cpu | cuda | cuda:N.
+        method: exhaustive | paper.
+        block_delete: leave out blocks that begin with /.
+    """
+
+    dialect: str | None = None
+    feed: float | None = None
+    period_ps: int = DEFAULT_PERIOD_PS
+    device: str = "auto"
+    method: str = "exhaustive"
+    block_delete: bool = False
+
+
+@dataclass
+class Stopwatch:
+    """Seconds spent in each stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def time(self, stage: str) -> Iterator[None]:
+        """Add the time of the enclosed block to a stage."""
+        start = time.perf_counter()
+        yield
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+def check_program(
+    text: str,
+    name: str,
+    machine: Machine,
+    options: Options,
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> CheckResult:
+    """Check one program on one machine.
+
+    Args:
+        text: the NC program.
+        name: its file name, for findings.
+        machine: machine with setup and tools.
+        options: see Options.
+        progress: called with the fraction of program time that is proved.
+
+    Raises:
+        UsageError: the dialect or the device is not known.
+    """
+    watch = Stopwatch()
+    with watch.time("interpret"):
+        control = control_for(machine, options.dialect, options.feed, options.block_delete)
+        meaning = interpret(text, control, name)
+    with watch.time("plan"):
+        path, findings = plan(meaning.program, machine)
+        findings += overtravels(path, machine.joints)
+    with watch.time("start"):
+        # Imported late: Warp takes a while to start, and a wrong option must not wait for it.
+        from gcodesim import evidence
+        from gcodesim.collision.detector import Task, detect
+        from gcodesim.collision.device import resolve_device
+
+        device = resolve_device(options.device)
+    with watch.time("search"):
+        task = Task(path, machine, options.period_ps, device, options.method, progress)
+        detection = detect(task)
+
+    contact = None
+    if detection.contact is not None:
+        contact = evidence.first_contact(detection.contact, path, meaning.lines)
+        findings.append(evidence.contact_finding(detection.contact, contact))
+    findings += evidence.detection_findings(detection, machine)
+    if not len(path):
+        findings.append(Finding("GC430", "the program moves no axis", "no_motion"))
+    findings = [evidence.placed(finding, name, meaning.lines) for finding in findings]
+    return CheckResult(
+        program=name,
+        machine=machine.name,
+        verified_model=machine.verified,
+        device=device,
+        method=options.method,
+        dialect=control.dialect.name,
+        sample_period_s=options.period_ps / PS_PER_S,
+        samples=sample_count(path, options.period_ps) if len(path) else 0,
+        duration_s=path.duration_s,
+        blocks=meaning.blocks,
+        first_contact=contact,
+        findings=(*meaning.findings, *machine.findings, *findings),
+        coverage=evidence.coverage(detection, machine, meaning),
+        work=detection.work.as_report,
+        timing_s=watch.seconds,
+    )

@@ -1,0 +1,2 @@
+; arc_end_equals_start 2
+G2 X0 Y0 R5 F100

@@ -1,0 +1,2 @@
+; arc_no_center 2
+G2 F100

@@ -1,0 +1,2 @@
+; arc_radius_mismatch 2
+G2 X10.1 I5 F100

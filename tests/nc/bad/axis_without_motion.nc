@@ -1,0 +1,2 @@
+; axis_without_motion 2
+X1

@@ -1,0 +1,2 @@
+; bad_character 2
+G0 X1 $

@@ -1,0 +1,2 @@
+; comment_nested 2
+G0 X1 (a (b) c)

@@ -1,0 +1,2 @@
+; comment_unclosed 2
+G0 X1 (never closed ; really

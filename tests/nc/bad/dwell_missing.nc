@@ -1,0 +1,2 @@
+; dwell_missing 2
+G4

@@ -1,0 +1,2 @@
+; feed_missing 2
+G2 X10 R5

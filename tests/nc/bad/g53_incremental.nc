@@ -1,0 +1,3 @@
+; g53_incremental 3
+G91
+G53 G0 Z0

@@ -1,0 +1,2 @@
+; integer_expected 2
+T1.5

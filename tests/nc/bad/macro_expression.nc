@@ -1,0 +1,2 @@
+; macro_unsupported 2
+G0 X[1+2]

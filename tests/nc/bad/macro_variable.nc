@@ -1,0 +1,2 @@
+; macro_unsupported 2
+#1=5

@@ -1,0 +1,2 @@
+; modal_conflict 2
+M3 M4

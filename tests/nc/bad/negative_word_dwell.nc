@@ -1,0 +1,2 @@
+; negative_word 2
+G4 P-1

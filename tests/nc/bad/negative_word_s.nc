@@ -1,0 +1,2 @@
+; negative_word 2
+S-1

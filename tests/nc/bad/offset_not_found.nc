@@ -1,0 +1,2 @@
+; offset_not_found 2
+G59.3

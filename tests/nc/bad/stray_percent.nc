@@ -1,0 +1,3 @@
+; stray_percent 2
+%
+G0 X1

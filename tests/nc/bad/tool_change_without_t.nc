@@ -1,0 +1,3 @@
+; tool_change_without_t 2
+M6
+M30

@@ -1,0 +1,2 @@
+; unknown_word 2
+G0 U1

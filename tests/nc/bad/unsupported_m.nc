@@ -1,0 +1,2 @@
+; unsupported_m 2
+M98 P5

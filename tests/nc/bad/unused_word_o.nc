@@ -1,0 +1,2 @@
+; unused_word 2
+G0 X1 O5

@@ -1,0 +1,30 @@
+; linuxcnc: work offsets with rotation, tool lengths, G92 and G52; computed by hand
+G21 G90 F100 S1000 M3
+T1 M6
+G43
+G0 X0 Y0 Z100
+G43 H2
+G0 X1 Y1 Z10
+G43.1 Z5
+G43.2 H3
+G44 H1
+G49
+G55 G0 X0 Y0 Z0
+G56 G0 X10 Y0
+G1 X0 Y10
+G54
+G92 X1 Y1
+G0 X5 Y5
+G92.2
+G0 X5
+G92.3
+G0 X5
+G92.1
+G92.3
+G52 X2 Y0
+G0 X0 Y0
+G52 X0 Y0
+G53 G0 Z0
+G54.1 P1
+G91 G0 X1
+M2
