@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import re
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
 from gcodesim import __version__
-from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
+from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.verdict import CONTRACT, EXIT_CODES, INTERRUPT_EXIT, USAGE_EXIT, worst_exit
 
@@ -25,38 +27,34 @@ UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
 DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
 
 
-class Period(click.ParamType[int]):
-    """A time with its unit, as an integer count of picoseconds."""
-
-    name = "time"
-
-    def convert(self, value: Any, param: Any, ctx: Any) -> int:
-        """Parse `0.1ms`, `100us` or `1e-4s`."""
-        if isinstance(value, int):
-            return value
-        match = re.fullmatch(r"\s*([0-9.]+(?:[eE][-+]?\d+)?)\s*(s|ms|us)\s*", str(value))
-        try:
-            period = round(float(match[1]) * UNITS_PS[match[2]]) if match else 0
-        except ValueError:
-            period = 0
-        if not 1_000_000 <= period <= 10 * PS_PER_S:
-            self.fail(f"{value!r}: expected a time from 1us to 10s, such as 0.1ms", param, ctx)
-        return period
+def period(text: str) -> int:
+    """A time with its unit, `0.1ms`, `100us` or `1e-4s`, as a count of picoseconds."""
+    match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)
+    count = round(float(match[1]) * UNITS_PS[match[2]]) if match else 0
+    if not 1_000_000 <= count <= 10 * PS_PER_S:
+        raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")
+    return count
 
 
 def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Turn errors of gcodesim and Ctrl-C into their exit codes."""
+    """Turn errors and Ctrl-C into their exit codes: a crash must not look like FAIL, which is 1."""
 
     @functools.wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
         try:
             return command(*args, **kwargs)
-        except UsageError as error:
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except (UsageError, OSError) as error:
             click.echo(f"gcodesim: {error}", err=True)
             sys.exit(USAGE_EXIT)
         except KeyboardInterrupt:
-            click.echo("gcodesim: interrupted; nothing was decided", err=True)
+            click.echo("gcodesim: interrupted; what has no report is not decided", err=True)
             sys.exit(INTERRUPT_EXIT)
+        except Exception:
+            traceback.print_exc()
+            click.echo("gcodesim: a defect of gcodesim, please report it", err=True)
+            sys.exit(USAGE_EXIT)
 
     return run
 
@@ -103,9 +101,10 @@ def main() -> None:
 @click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
 @click.option(
     "--sample-period",
-    type=Period(),
-    default=DEFAULT_PERIOD_PS,
-    show_default="0.1ms",
+    type=period,
+    default="0.1ms",
+    show_default=True,
+    metavar="TIME",
     help="Time between samples, with its unit.",
 )
 @click.option(
@@ -135,7 +134,7 @@ def main() -> None:
     is_flag=True,
     help="Mesh files may lie outside the folder of the machine file.",
 )
-@click.option("--quiet", is_flag=True, help="No progress, no notes.")
+@click.option("--quiet", is_flag=True, help="No progress bar.")
 @click.option("--no-color", is_flag=True, help="No colours; NO_COLOR does the same.")
 def check(programs: tuple[str, ...], **given: Any) -> None:
     """Check PROGRAMs: does the machine hit itself? `-` reads standard input."""
@@ -156,16 +155,23 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
         method=given["method"],
         block_delete=given["block_delete"],
     )
-    results = []
+    results, codes = [], []
     for program in programs:
-        name, text = _read_program(program)
+        try:
+            name, text = _read_program(program)
+        except UsageError as error:
+            # The other programs still get their reports.
+            click.echo(f"gcodesim: {error}", err=True)
+            codes.append(USAGE_EXIT)
+            continue
         with _progress(name, given["quiet"]) as progress:
             results.append(check_program(text, name, machine, options, progress))
+        codes.append(EXIT_CODES[results[-1].verdict])
         if given["report_format"] == "text":
-            _print_reports(results[-1:], "text", given["no_color"])
-    if given["report_format"] == "json":
-        _print_reports(results, "json", given["no_color"])
-    sys.exit(worst_exit([EXIT_CODES[result.verdict] for result in results]))
+            _print_text(results[-1], given["no_color"])
+    if given["report_format"] == "json" and (results or len(programs) > 1):
+        _print_json(results, len(programs) > 1)
+    sys.exit(worst_exit(codes))
 
 
 @main.command()
@@ -276,19 +282,20 @@ def _progress(name: str, quiet: bool) -> Iterator[Callable[[float], None]]:
         bar.stop()
 
 
-def _print_reports(results: list[CheckResult], report_format: str, no_color: bool) -> None:
-    """Print what was checked; several programs are one JSON array."""
-    if report_format == "json":
-        from gcodesim.report.json_report import report_dict
-
-        reports = [report_dict(result) for result in results]
-        shown = reports[0] if len(reports) == 1 else reports
-        click.echo(json.dumps(shown, indent=2, ensure_ascii=False))
-        return
+def _print_text(result: CheckResult, no_color: bool) -> None:
+    """Print the text report; without colour it holds no escape codes at all."""
     from rich.console import Console
 
     from gcodesim.report.text import print_report
 
-    console = Console(no_color=no_color or None, highlight=False, soft_wrap=True)
-    for result in results:
-        print_report(result, console)
+    plain = no_color or bool(os.environ.get("NO_COLOR"))
+    colors: Literal["auto"] | None = None if plain else "auto"
+    print_report(result, Console(color_system=colors, highlight=False, soft_wrap=True))
+
+
+def _print_json(results: list[CheckResult], several: bool) -> None:
+    """Print the JSON report; several programs are one array, whatever became of them."""
+    from gcodesim.report.json_report import report_dict
+
+    reports = [report_dict(result) for result in results]
+    click.echo(json.dumps(reports if several else reports[0], indent=2))

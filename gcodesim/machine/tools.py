@@ -10,7 +10,7 @@ from gcodesim.errors import ModelError, UsageError
 from gcodesim.machine import shapes
 from gcodesim.machine.bodies import PartReader
 from gcodesim.machine.kinematics import rotation_from_z
-from gcodesim.machine.model import Body, Machine, Part, Tool, ToolMount
+from gcodesim.machine.model import Part, Tool, ToolMount
 from gcodesim.machine.schema import Flute, ToolEntry, ToolsFile, Turned
 from gcodesim.machine.yaml_lines import read_yaml
 
@@ -148,27 +148,3 @@ def mount(parts: tuple[Part, ...], tool: ToolMount) -> tuple[Part, ...]:
         replace(part, triangles=shapes.place(part.triangles, turn, tool.gauge_point))
         for part in parts
     )
-
-
-def bodies_in_place(machine: Machine, tool: int | None) -> dict[str, Body]:
-    """The bodies of the machine with a tool in the spindle, world coordinates at the zero pose.
-
-    Args:
-        machine: the machine with its tool table.
-        tool: its number; None = the tool mounted at the start.
-
-    Returns:
-        Bodies by name; none for the tool when no file gives it a shape.
-    """
-    bodies = dict(machine.bodies)
-    holder = machine.tool
-    if holder is None:
-        return bodies
-    if tool is None or holder.for_all:
-        parts = holder.mounted
-    else:
-        listed = (machine.tools or {}).get(tool)
-        parts = mount(listed.parts, holder) if listed else ()
-    if parts:
-        bodies[holder.name] = Body(holder.name, holder.link, parts)
-    return bodies

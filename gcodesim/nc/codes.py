@@ -84,6 +84,11 @@ class Row:
         """The code as people write it."""
         return f"{self.letter}{self.number / 10:g}" if self.letter in "GM" else self.letter
 
+    @property
+    def takes_axes(self) -> bool:
+        """The code uses axis words as such (G4 takes X as a time)."""
+        return AXIS_WORDS in self.words
+
 
 _G, _O = Group, Order
 _FANUC_HAAS = "fanuc haas"

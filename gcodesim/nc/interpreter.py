@@ -224,29 +224,24 @@ class Interpreter:
         rows = self._agreeing_rows(block)
         motion = next((row for row in rows if row.group is Group.MOTION), None)
         others = [row for row in rows if row is not motion]
-        takers = [row for row in others if AXIS_WORDS in row.words]
-        if len(takers) > 1:
-            what = f"{takers[0].name} and {takers[1].name} both take axis words"
-            raise block.error("modal_conflict", what, takers[1].name)
         axis_words = block.values.keys() & AXIS_LETTERS
         if block.ignored and not axis_words:
             # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
-            others = [row for row in others if row not in takers]
-        axis_words -= frozenset("".join(row.words for row in others))
+            others = [row for row in others if not row.takes_axes]
+        # Axis words belong to the code that takes them, and only else to motion.
+        takers = [row for row in others if row.takes_axes or axis_words & set(row.words)]
+        if len(takers) > 1:
+            what = f"{takers[0].name} and {takers[1].name} both take axis words"
+            raise block.error("modal_conflict", what, takers[1].name)
         active = motion or self._codes["G", self.state.modal.motion]
-        if active.action is moves.arc:
-            centre_words = bool(block.values.keys() & CENTRE_WORDS)
-            block.moves = bool(axis_words) or centre_words or (motion is not None and not takers)
-        else:
-            block.moves = bool(axis_words)
-        self._check_words(block, [*others, active] if block.moves or motion else others)
-        if axis_words and active.number == END_OF_MOTION:
-            letter = min(axis_words)
-            raise block.error("axis_without_motion", f"{letter} without a motion code", letter)
-        acting = [*others, *(row for letter, row in WORDS.items() if letter in block.values)]
-        if block.moves or motion:
-            acting.append(active)
-        return sorted(acting, key=lambda row: row.order)
+        if not takers:
+            centred = motion is not None or block.values.keys() & CENTRE_WORDS
+            block.moves = bool(axis_words or (active.action is moves.arc and centred))
+            others += [active] if block.moves or motion else []
+        self._check_words(block, others, "unused_word" if takers else "axis_without_motion")
+        others += [motion] if takers and motion else []
+        others += [row for letter, row in WORDS.items() if letter in block.values]
+        return sorted(others, key=lambda row: row.order)
 
     def _agreeing_rows(self, block: Block) -> list[Row]:
         """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
@@ -268,18 +263,25 @@ class Interpreter:
                 raise block.error(meaning, f"{row.name} ({row.refused})", row.name)
         return rows
 
-    def _check_words(self, block: Block, rows: list[Row]) -> None:
-        """Check that the machine has every axis, and that a code uses every letter."""
+    def _check_words(self, block: Block, rows: list[Row], unclaimed: str) -> None:
+        """Check that a code uses every letter, and that the machine has every axis.
+
+        Args:
+            block: the block.
+            rows: rows whose words may be used.
+            unclaimed: meaning of an axis word that none of them uses.
+        """
         used = ALWAYS_USED.union(*(row.words for row in rows))
-        other_use = frozenset("".join(row.words for row in rows if AXIS_WORDS not in row.words))
+        other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
         for letter, value in block.values.items():
-            if letter in AXIS_LETTERS:
-                if letter not in self.control.axes and letter not in other_use:
-                    self.state.unsupported.append(f"word {letter} line {block.line}")
-                    raise block.error("unknown_word", f"{letter} is no axis here", letter)
-            elif letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
-                raise block.error("unused_word", f"{letter}{value:g}", letter)
-            elif letter == "N" and not _is_block_number(value):
+            is_axis = letter in AXIS_LETTERS
+            if is_axis and letter not in self.control.axes and letter not in other_use:
+                self.state.unsupported.append(f"word {letter} line {block.line}")
+                raise block.error("unknown_word", f"{letter} is no axis here", letter)
+            if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
+                meaning = unclaimed if is_axis else "unused_word"
+                raise block.error(meaning, f"{letter}{value:g}", letter)
+            if letter == "N" and not _is_block_number(value):
                 raise block.error("integer_expected", f"N{value:g}", "N")
 
 

@@ -20,7 +20,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
     "macro_unsupported": ("GC402", "parameters, expressions and o-words are not followed yet"),
     "unsupported_m": ("GC402", "gcodesim does not follow this code yet"),
-    "unknown_m": ("GC420", "add it to the machine file under m_codes:, for example {M: none}"),
+    "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),
     # Arcs.
     "arc_no_center": ("GC404", "an arc needs R or both centre words of its plane"),
     "arc_radius_too_small": ("GC404", "R must reach half the distance from start to end"),

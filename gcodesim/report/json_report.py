@@ -75,7 +75,7 @@ def _findings(findings: tuple[Finding, ...]) -> list[dict[str, Any]]:
 def fingerprint_key(finding: Finding) -> str:
     """What makes a finding the same one after an edit: no line numbers, no floats."""
     pair = "-".join(finding.pair or ())
-    return "\x1f".join([finding.file, finding.code, pair, str(finding.tool), finding.block])
+    return "\x1f".join([finding.file, finding.code, pair, str(finding.tool), finding.block.strip()])
 
 
 def _fingerprint(key: str, ordinal: int) -> str:

@@ -4,90 +4,131 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from gcodesim.findings import Finding
-from gcodesim.verdict import CONTRACT, CheckResult, FirstContact
+from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
+from gcodesim.verdict import CONTRACT, PASS, CheckResult, FirstContact
 
-COLORS = {"pass": "bold green", "fail": "bold red", "inconclusive": "bold yellow"}
+COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
 SEVERITY_COLORS = {"error": "red", "warning": "yellow", "note": "cyan"}
-MODELS = {True: "", False: ", unverified model"}
+EFFECTS = (FAIL, INCONCLUSIVE, NOTED)
+AXES = "XYZABCUVW"
+"""Order in which a control shows its axes."""
+
+BLOCK_WIDTH = 120
+"""Longest stretch of a block that is printed [characters]: a binary file has blocks of any size."""
 
 
 def print_report(result: CheckResult, console: Console) -> None:
     """Print the report of one program."""
     head = Text(result.verdict.upper(), style=COLORS[result.verdict])
-    head.append(f"  {result.program} on {result.machine}{MODELS[result.verified_model]}", "default")
+    head.append(f"  {printable(result.program)} on {result.machine}{_remarks(result)}", "default")
     console.print(head)
     for line in _body(result):
         console.print(line)
 
 
+def printable(text: str) -> str:
+    """The text with every character that does not print replaced, so that columns stay."""
+    return "".join(c if c.isprintable() else " " if c == "\t" else "\N{MIDDLE DOT}" for c in text)
+
+
+def _remarks(result: CheckResult) -> str:
+    """What has to stand beside the verdict."""
+    remarks = []
+    if result.verdict == PASS and not result.coverage.between_samples:
+        remarks.append("at samples only")
+    if not result.verified_model:
+        remarks.append("unverified model")
+    return f" ({', '.join(remarks)})" if remarks else ""
+
+
 def _body(result: CheckResult) -> Iterator[Text]:
-    if result.first_contact:
-        yield from _contact(result.first_contact)
-    for finding in result.findings:
-        yield from _finding(finding)
-    yield Text(_checked(result))
-    for title, entries in (
-        ("not followed", result.coverage.unsupported),
-        ("ignored", result.coverage.ignored),
-        ("not certified", result.coverage.uncertified),
-        ("not checked by rule", result.coverage.unchecked_by_rule),
+    first = result.first_contact
+    # What decided the verdict comes first, and the first contact before all else.
+    for finding in sorted(
+        result.findings, key=lambda f: (not _tells(f, first), EFFECTS.index(f.effect))
     ):
+        yield from _finding(finding)
+        if first and _tells(finding, first):
+            yield from _contact(first)
+    yield Text(_checked(result))
+    for title, entries in _gaps(result):
         if entries:
-            yield Text(f"  {title}: {'; '.join(entries)}")
-    if not result.coverage.between_samples:
-        yield Text(
-            f"  only samples were looked at, every {result.sample_period_s * 1e3:g} ms and every "
-            "block end: what begins and ends between two of them is not seen"
-        )
+            yield Text(printable(f"  {title}: {'; '.join(entries)}"))
     yield Text(f"  {CONTRACT}", style="dim")
 
 
-def _contact(contact: FirstContact) -> Iterator[Text]:
-    a, b = (
-        body if part == body else f"{body} ({part})"
-        for body, part in zip(contact.pair, contact.parts, strict=True)
+def _tells(finding: Finding, first: FirstContact | None) -> bool:
+    """Whether this finding is the one about the first contact."""
+    return (
+        first is not None
+        and finding.code.startswith("GC10")
+        and (finding.time_s, finding.pair) == (first.time_s, first.pair)
     )
-    yield Text(f"  {a} touches {b}", style="bold")
-    yield Text(f"  at {contact.time_s:.6f} s, sample {contact.sample}, {_place(contact)}")
-    axes = "  ".join(f"{name} {q:.4f}" for name, q in contact.axes.items())
-    yield Text(f"  axes   {axes}")
-    if contact.point_mm:
-        x, y, z = contact.point_mm
-        numbers = (
-            f", triangles {contact.triangles[0]} and {contact.triangles[1]}"
-            if (contact.triangles)
-            else ""
-        )
-        yield Text(f"  point  ({x:.3f}, {y:.3f}, {z:.3f}) mm in the machine{numbers}")
-
-
-def _place(contact: FirstContact) -> str:
-    return f"line {contact.line}: {contact.block}" if contact.line else "before the first block"
 
 
 def _finding(finding: Finding) -> Iterator[Text]:
     place = ":".join(str(p) for p in (finding.file, finding.line, finding.column) if p)
     text = Text("  ")
     text.append(finding.severity, SEVERITY_COLORS[finding.severity])
-    text.append(
-        f" {finding.code} {place}: {finding.message}"
-        if place
-        else f" {finding.code} {finding.message}"
-    )
+    text.append(printable(f" {finding.code} {place}{': ' if place else ''}{finding.message}"))
     yield text
     if finding.block:
-        yield Text(f"    {finding.block}", style="dim")
-        if finding.column:
-            yield Text(" " * (3 + finding.column) + "^", style="dim")
+        yield from _block(finding.block, finding.column)
+
+
+def _block(block: str, column: int | None) -> Iterator[Text]:
+    """The block, and a caret under its column where one is known."""
+    shown = printable(block)
+    place = (column or 1) - 1
+    # Only the surroundings of the column are shown of a very long block.
+    begin = max(len(shown) - len(shown.lstrip()), place - BLOCK_WIDTH // 2, 0)
+    begin = min(begin, place) if column else begin
+    shown, cut = shown[begin:].rstrip(), begin > len(block) - len(block.lstrip())
+    shown = shown[:BLOCK_WIDTH] + ("..." if len(shown) > BLOCK_WIDTH else "")
+    lead = "    ..." if cut else "    "
+    yield Text(lead + shown, style="dim")
+    if column:
+        # Cells, not characters: East Asian characters of a comment are two columns wide.
+        yield Text(" " * (len(lead) + cell_len(shown[: place - begin])) + "^", style="dim")
+
+
+def _contact(first: FirstContact) -> Iterator[Text]:
+    tool = f", tool {first.tool}" if first.tool is not None else ""
+    yield Text(f"    when   {first.time_s:.6f} s, sample {first.sample}{tool}")
+    letters = sorted(first.axes, key=AXES.index)
+    axes = "  ".join(f"{letter} {first.axes[letter] + 0.0:.4f}" for letter in letters)
+    yield Text(f"    axes   {axes}  (machine coordinates)")
+    if first.point_mm:
+        point = "  ".join(f"{n} {q + 0.0:.4f}" for n, q in zip("XYZ", first.point_mm, strict=True))
+        numbers = first.triangles or ()
+        named = [f"triangle {n} of {p}" for n, p in zip(numbers, first.parts, strict=False)]
+        yield Text(f"    point  {point}  ({', '.join(['world frame', *named])})")
 
 
 def _checked(result: CheckResult) -> str:
-    pairs = ", ".join("-".join(pair) for pair in result.coverage.pairs) or "none"
-    return (
-        f"  {result.blocks} blocks, {result.duration_s:.3f} s of motion, {result.samples} samples; "
-        f"{len(result.coverage.pairs)} pairs: {pairs}; {result.method} on {result.device}"
+    pairs = [f"{a}-{b}" for a, b in result.coverage.pairs]
+    motion = (
+        f"{result.blocks} blocks, {result.duration_s:.3f} s of motion, {result.samples} samples"
     )
+    if not pairs or not result.samples:
+        return f"  nothing was checked: {motion}, {len(pairs)} pairs"
+    looked = f"every {result.sample_period_s * 1e3:g} ms and at block ends"
+    how = f"{result.method} on {result.device}"
+    return f"  checked: {motion} ({looked}); {len(pairs)} pairs: {', '.join(pairs)}; {how}"
+
+
+def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Yield what was not checked: a title, and what belongs under it."""
+    coverage = result.coverage
+    between = (
+        () if coverage.between_samples else ("a touch that begins and ends there is not seen",)
+    )
+    yield "not followed", coverage.unsupported
+    yield "ignored", coverage.ignored
+    yield "not checked, between samples", between
+    yield "not certified", coverage.uncertified
+    yield "not checked by rule", coverage.unchecked_by_rule

@@ -5,10 +5,9 @@ import pytest
 
 from gcodesim.errors import ModelError, UsageError
 from gcodesim.machine.kinematics import sincosd
-from gcodesim.machine.loading import load_machine
 from gcodesim.machine.mesh import merge_corners, open_edge_count, signed_volume
 from gcodesim.machine.model import ToolMount
-from gcodesim.machine.tools import bodies_in_place, mount, read_tools
+from gcodesim.machine.tools import mount, read_tools
 
 TOOLS = """\
 tools:
@@ -112,14 +111,3 @@ def test_mount(tools, axis):
         assert after.name == before.name
         volume = signed_volume(before.triangles)
         assert signed_volume(after.triangles) == pytest.approx(volume, rel=1e-12)
-
-
-def test_bodies_in_place(tools, tiny, changed):
-    machine = load_machine(changed(", for: all", ""), tools=tools)
-    assert bodies_in_place(machine, None)["cutter"].parts == machine.tool.mounted
-    ball = bodies_in_place(machine, 7)["cutter"]
-    assert (ball.link, min(part.triangles[..., 2].min() for part in ball.parts)) == ("Z", 140)
-    assert "cutter" not in bodies_in_place(machine, 9)
-    assert "cutter" not in bodies_in_place(machine, 1234)
-    for_all = load_machine(changed("length: 100", "length: 100, for: all"), tools=tools)
-    assert bodies_in_place(for_all, 7)["cutter"].parts == for_all.tool.mounted

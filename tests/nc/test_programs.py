@@ -1,4 +1,4 @@
-"""Every program in good/ becomes its .canon, and every one in bad/ earns its first line's meaning."""
+"""Every program in good/ becomes its .canon; each one in bad/ earns its first line's meaning."""
 
 import re
 from pathlib import Path

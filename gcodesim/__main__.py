@@ -1,0 +1,5 @@
+"""Runs the command line as ``python -m gcodesim``."""
+
+from gcodesim.cli import main
+
+main(prog_name="gcodesim")

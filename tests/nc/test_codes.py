@@ -1,0 +1,72 @@
+"""The table of codes agrees with itself, and drives the checks."""
+
+from gcodesim.findings import CODES
+from gcodesim.nc.codes import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
+from gcodesim.nc.dialect import DIALECTS
+from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.meanings import MEANINGS
+from gcodesim.nc.modal import Modal
+
+
+def test_a_dialect_has_each_code_once():
+    for dialect in DIALECTS.values():
+        rows = [r for r in TABLE if not r.dialects or dialect.name in r.dialects.split()]
+        assert len(codes_of(dialect)) == len(rows)
+
+
+def test_names_are_those_people_write():
+    names = {row.name for row in TABLE}
+    assert {"G0", "G43.4", "G59.3", "G90.1", "G187", "M6", "M30", "M428"} <= names
+
+
+def test_a_refused_code_says_why_and_does_nothing():
+    refused = [row for row in TABLE if row.refused]
+    assert {"G81", "G10", "G43.4", "G68.2", "G65", "M98", "M99"} <= {row.name for row in refused}
+    assert all(row.action is None for row in refused)
+
+
+def test_every_refused_code_stops_naming_code_and_line(control):
+    for row in TABLE:
+        if row.refused:
+            dialect = row.dialects.split()[0] if row.dialects else "fanuc"
+            meaning = interpret(f"G21\n{row.name}\nG0 X1\nM30", control(dialect))
+            (finding,) = meaning.findings
+            assert (finding.code, finding.line, meaning.stopped) == ("GC402", 2, True)
+            assert finding.message.startswith(f"{row.name} ({row.refused})")
+            assert meaning.unsupported == (f"{row.name} line 2",)
+
+
+def test_two_codes_of_one_group_never_share_a_block(control):
+    by_group = {}
+    for row in codes_of(DIALECTS["linuxcnc"]).values():
+        by_group.setdefault(row.group, []).append(row.name)
+    for group, names in by_group.items():
+        if group is not Group.NONE and len(names) > 1 and "G80" not in names[:2]:
+            meaning = interpret(f"{names[0]} {names[1]}", control("linuxcnc"))
+            assert meaning.findings[0].meaning == "modal_conflict", names
+
+
+def test_codes_run_in_the_order_of_the_language():
+    order = [Order.FEED_MODE, Order.FEED, Order.TOOL, Order.CHANGE, Order.PLANE, Order.UNIT]
+    order += [Order.LENGTH, Order.WORK_OFFSET, Order.DISTANCE, Order.ONE_SHOT, Order.MOTION]
+    assert order == sorted(order)
+    assert max(Order) is Order.STOP
+    takers = {row.name for row in TABLE if AXIS_WORDS in row.words and row.order < Order.MOTION}
+    assert takers == {"G28", "G30", "G43.1", "G52", "G92"}
+
+
+def test_listed_codes_replace_refused_ones_only(control):
+    rows = codes_for(control(g_codes={1.0: "none", 68.2: "none", 500.0: "none"}))
+    assert rows["G", 10].action is codes_of(DIALECTS["fanuc"])["G", 10].action
+    assert not rows["G", 682].refused
+    assert ("G", 5000) in rows
+
+
+def test_meanings_name_codes_that_exist():
+    assert {code for code, _ in MEANINGS.values()} <= CODES.keys()
+    assert all(right and "\n" not in right for _, right in MEANINGS.values())
+
+
+def test_the_start_state_is_that_of_the_language():
+    modal = Modal()
+    assert (modal.motion, modal.plane, modal.distance, modal.feed_mode) == (800, 170, 900, 940)

@@ -1,0 +1,46 @@
+"""A real five-axis program, interpreted to its end."""
+
+from pathlib import Path
+
+import numpy as np
+
+from gcodesim.nc.control import Control
+from gcodesim.nc.dialect import DIALECTS
+from gcodesim.nc.interpreter import Interpreter, interpret
+from gcodesim.nc.program import Kind
+from gcodesim.nc.reader import read_program
+
+PROGRAM = Path(__file__).parents[1] / "data" / "real" / "mamp_model1_bc.nc"
+
+
+CONTROL = Control(
+    DIALECTS["fanuc"],
+    axes="XYZBC",
+    tool_for_all=True,
+    ignore_words=frozenset("E"),
+    m_codes={104: "none", 109: "none"},
+)
+
+
+def test_every_line_of_a_printing_path_is_followed():
+    meaning = interpret(read_program(PROGRAM), CONTROL, PROGRAM.name)
+    assert (meaning.blocks, meaning.last_line, meaning.line_count) == (34453, 34453, 34453)
+    assert not meaning.stopped
+    assert [finding.meaning for finding in meaning.findings] == ["spindle_off_feed"]
+    text = PROGRAM.read_text()
+    assert f"word E ({text.count('E')} times)" in meaning.ignored
+    assert meaning.unsupported == ()
+    program = meaning.program
+    assert (program.kind == Kind.ARC).sum() == 0
+    assert (program.to[:, 5].min(), program.to[:, 5].max()) == (-2689.72, 2912.699)
+    assert program.to[program.kind <= Kind.ARC][-1].tolist() == [0.0, 0.0, 230.0, 0.0, 0.0, 0.0]
+
+
+def test_plain_blocks_mean_what_the_general_way_makes_of_them(monkeypatch):
+    text = read_program(PROGRAM)[:200_000] + "\nG20 G91 N7 G1 X1 F2\nN8 C3\nG0 F5\nX1"
+    short = interpret(text, CONTROL).program
+    monkeypatch.setattr(Interpreter, "_run_plain", lambda self, block: False)
+    general = interpret(text, CONTROL).program
+    for column in ("kind", "line", "to", "f", "feed_mode", "speed", "aux"):
+        np.testing.assert_array_equal(getattr(short, column), getattr(general, column))
+    assert len(short) > 3000

@@ -1,0 +1,197 @@
+"""The command line: exit codes, streams, and a clear sentence for whatever is wrong."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from gcodesim.cli import main
+from gcodesim.constants import DEFAULT_PERIOD_PS
+
+PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
+FAILS = "G21 G90\nG1 X10\nM30\n"  # a feed move without a feed
+UNCLEAR = "G21 G90\nG0 X10\nG68 X0 Y0 R30\nM30\n"
+TEXTS = {"pass.nc": PASSES, "fail.nc": FAILS, "unclear.nc": UNCLEAR}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty working folder outside the repository, with one program per verdict."""
+    for name, text in TEXTS.items():
+        (tmp_path / name).write_text(text)
+    (tmp_path / "empty.nc").touch()
+    (tmp_path / "folder.nc").mkdir()
+    (tmp_path / "binary.nc").write_bytes(bytes(range(256)) * 40)
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    return tmp_path
+
+
+def run(*args: str, **kwargs: object) -> Result:
+    return CliRunner().invoke(main, list(args), **kwargs)
+
+
+def check(*programs: str, machine: str = "table_tilt", **kwargs: object) -> Result:
+    options = ["--machine", machine, "--device", "cpu", "--sample-period", "10ms"]
+    return run("check", *options, *programs, **kwargs)
+
+
+@pytest.mark.parametrize(
+    ("programs", "code"),
+    [
+        (["pass.nc"], 0),
+        (["fail.nc"], 1),
+        (["unclear.nc"], 3),
+        (["empty.nc"], 3),
+        (["missing.nc"], 2),
+        (["unclear.nc", "pass.nc"], 3),
+        (["pass.nc", "fail.nc", "unclear.nc"], 1),
+        (["fail.nc", "missing.nc", "unclear.nc"], 2),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_exit_code_is_that_of_the_worst_program(programs: list[str], code: int) -> None:
+    assert check(*programs).exit_code == code
+
+
+@pytest.mark.parametrize(
+    ("args", "said"),
+    [
+        (["check", "pass.nc", "--machine", "table_tilt", "--fast"], "No such option '--fast'"),
+        (["check", "--machine", "table_tilt"], "Missing argument 'PROGRAM...'"),
+        (["check", "pass.nc"], "no machine: give --machine M.yaml"),
+        (["check", "pass.nc", "--machine", "table_tlit"], "did you mean 'table_tilt'?"),
+        (["check", "pass.nc", "--machine", "folder.nc"], "no machine file 'folder.nc'"),
+        (["check", "pass.nc", "--machine", "binary.yaml"], "binary.yaml: not UTF-8 text"),
+        (["check", "pass.nc", "--machine", "empty.nc"], "empty.nc:1: the file must be a mapping"),
+        (["check", "pass.nc", "--machine", "m" * 300], "gcodesim: "),
+        (["check", "pass.nc", "--setup", "folder.nc"], "folder.nc: cannot be read"),
+        (["check", "pass.nc", "--machine", "table_tilt", "--tools", "no.tbl"], "no.tbl: cannot be"),
+        (["check", "missing.nc", "--machine", "table_tilt"], "missing.nc: cannot be read"),
+        (["check", "folder.nc", "--machine", "table_tilt"], "folder.nc: cannot be read"),
+        (["check", "pass.nc", "--machine", "table_tilt", "--device", "gpu"], "expected auto, cpu"),
+        (["check", "pass.nc", "--machine", "table_tilt", "--feed", "0"], "'--feed'"),
+        (["check", "pass.nc", "--machine", "table_tilt", "--dialect", "x"], "'--dialect'"),
+        (["canon", "missing.nc"], "missing.nc: cannot be read"),
+        (["machine", "show", "binary.yaml"], "not UTF-8 text"),
+        (["machine", "schema", "part"], "'part' is not one of 'machine', 'tools', 'setup'"),
+        (["chekc"], "No such command 'chekc'"),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_what_cannot_be_carried_out_is_2_with_a_sentence(args: list[str], said: str) -> None:
+    result = run(*args)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert "Traceback" not in result.stderr
+    assert result.stdout == ""
+
+
+@pytest.mark.parametrize("period", ["0.1", "0s", "-1ms", "1h", "11s", "0.1us", "nans", "1e99s", ""])
+@pytest.mark.usefixtures("folder")
+def test_bad_sample_period(period: str) -> None:
+    result = run("check", "pass.nc", "--machine", "table_tilt", "--sample-period", period)
+    assert result.exit_code == 2
+    assert f"{period!r}: expected a time from 1us to 10s, such as 0.1ms" in result.stderr
+
+
+@pytest.mark.parametrize("given", [[], ["--sample-period", "100us"], ["--sample-period", "1e-4s"]])
+@pytest.mark.usefixtures("folder")
+def test_sample_period_is_a_tenth_of_a_millisecond(given: list[str]) -> None:
+    result = run("check", "pass.nc", "--machine", "table_tilt", "--format", "json", *given)
+    assert json.loads(result.stdout)["sample_period_s"] == DEFAULT_PERIOD_PS / 1e12 == 1e-4
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_binary_program_is_a_finding() -> None:
+    result = check("binary.nc")
+    assert result.exit_code == 1
+    assert result.stderr == ""
+    assert all(character.isprintable() for character in result.stdout.replace("\n", ""))
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_program_that_cannot_be_read_takes_no_report_away() -> None:
+    result = check("fail.nc", "missing.nc", "pass.nc")
+    assert [line[:4] for line in result.stdout.splitlines() if line[0] != " "] == ["FAIL", "PASS"]
+    assert result.stderr.startswith("gcodesim: missing.nc: cannot be read")
+
+
+@pytest.mark.usefixtures("folder")
+def test_json_of_several_programs_is_an_array() -> None:
+    one = json.loads(check("pass.nc", "--format", "json").stdout)
+    assert one["verdict"] == "pass"
+    two = json.loads(check("pass.nc", "fail.nc", "--format", "json").stdout)
+    assert [report["verdict"] for report in two] == ["pass", "fail"]
+    half = json.loads(check("missing.nc", "pass.nc", "--format", "json").stdout)
+    assert [report["program"] for report in half] == ["pass.nc"]
+    assert check("missing.nc", "--format", "json").stdout == ""
+
+
+@pytest.mark.usefixtures("folder")
+def test_dash_reads_standard_input() -> None:
+    result = check("-", input=FAILS)
+    assert result.exit_code == 1
+    assert result.stdout.startswith("FAIL  <stdin> on table_tilt")
+
+
+@pytest.mark.usefixtures("folder")
+def test_interrupt_is_130(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*args: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("gcodesim.check.check_program", interrupted)
+    result = check("pass.nc")
+    assert result.exit_code == 130
+    assert result.stdout == ""
+    assert result.stderr == "gcodesim: interrupted; what has no report is not decided\n"
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_defect_of_ours_never_looks_like_a_verdict(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*args: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("gcodesim.check.check_program", broken)
+    result = check("pass.nc")
+    assert result.exit_code == 2
+    assert "please report it" in result.stderr
+
+
+@pytest.mark.usefixtures("folder")
+def test_colours_only_where_wanted() -> None:
+    terminal = {"FORCE_COLOR": "1", "TERM": "xterm-256color"}
+    assert "\x1b" in check("pass.nc", env=terminal).output
+    assert "\x1b" not in check("pass.nc", "--no-color", env=terminal).output
+    assert "\x1b" not in check("pass.nc", env=terminal | {"NO_COLOR": "1"}).output
+    assert "\x1b" not in check("pass.nc").output
+
+
+def test_a_process_answers_like_the_function(folder: Path) -> None:
+    """Nothing but the report: no progress where stderr is no terminal, no banner of Warp."""
+    command = [sys.executable, "-m", "gcodesim", "check", "--machine", "table_tilt", "pass.nc"]
+    env = {k: v for k, v in os.environ.items() if k not in ("FORCE_COLOR", "TTY_COMPATIBLE")}
+    done = subprocess.run(command, capture_output=True, text=True, env=env, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("PASS  pass.nc on table_tilt (at samples only, unverified model)")
+
+
+@pytest.mark.usefixtures("folder")
+def test_canon_prints_json_lines_and_knows_the_exit_codes() -> None:
+    result = run("canon", "pass.nc")
+    assert result.exit_code == 0
+    assert all(isinstance(json.loads(line), dict) for line in result.stdout.splitlines())
+    assert [run("canon", name).exit_code for name in ("fail.nc", "unclear.nc")] == [1, 3]
+
+
+def test_schema_and_show_print_what_they_say() -> None:
+    schema = json.loads(run("machine", "schema", "tools").stdout)
+    assert schema["title"] == "gcodesim tools file"
+    assert "kinematic tree" in run("machine", "show", "table_tilt").stdout
