@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from gcodesim.cli import main
+from gcodesim.cli import _progress, main
 from gcodesim.constants import DEFAULT_PERIOD_PS
 
 PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
@@ -183,9 +183,28 @@ def test_a_process_answers_like_the_function(folder: Path) -> None:
     assert done.stdout.startswith("PASS  pass.nc on table_tilt (at samples only, unverified model)")
 
 
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_is_drawn_on_a_terminal_only(
+    terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A clock of our own: the bar appears behind the first second."""
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
+    clock = iter([0.0, 0.5, 2.0])
+    monkeypatch.setattr("gcodesim.cli.time.monotonic", lambda: next(clock, 3.0))
+    with _progress("part.nc", quiet=False) as advance:
+        advance(0.1)
+        early = capsys.readouterr()
+        advance(0.6)
+    shown = capsys.readouterr()
+    assert early.err == early.out == shown.out == ""
+    assert ("checking part.nc" in shown.err) == terminal
+    assert terminal or shown.err == ""
+
+
 @pytest.mark.usefixtures("folder")
 def test_canon_prints_json_lines_and_knows_the_exit_codes() -> None:
-    result = run("canon", "pass.nc")
+    result = run("canon", "-", input="G21 G90\nG0 X20 Y10\nM30\n")
     assert result.exit_code == 0
     assert all(isinstance(json.loads(line), dict) for line in result.stdout.splitlines())
     assert [run("canon", name).exit_code for name in ("fail.nc", "unclear.nc")] == [1, 3]

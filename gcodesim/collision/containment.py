@@ -48,7 +48,7 @@ def find_containments(scene: Scene, relative: list[NDArray[np.float64]]) -> list
         for p, q in itertools.product(a.parts, b.parts):
             names, roles = (p.name, q.name), (p.role, q.role)
             for inner, outer, move in ((q, p, pose), (p, q, np.linalg.inv(pose))):
-                answer = contains(outer, inner, move)
+                answer = contains(outer, inner, np.asarray(move, np.float64))
                 if answer is not False:
                     found.append(Containment(index, names, roles, outer.name, answer is True))
     return found

@@ -15,8 +15,9 @@ from gcodesim.collision.paper import first_contact_paper, prepare_paper
 from gcodesim.collision.poses import PathArrays, path_arrays
 from gcodesim.collision.scene import Scene, build_scene
 from gcodesim.machine.kinematics import transform, world_from_link
-from gcodesim.machine.model import Body, Machine, Pair
+from gcodesim.machine.model import Body, Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
+from gcodesim.motion.limits import position_ranges
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Instants, Span, sample_of, tool_spans, window, windows
 
@@ -88,14 +89,19 @@ class Task:
 
 
 def detect(task: Task) -> Detection:
-    """Find the first contact of the path, looking at every sample and every block end."""
+    """Find the first contact of the path, looking at every sample and every block end.
+
+    Nothing is checked where the path has no pieces.
+    """
     detection = Detection()
+    if not len(task.path):
+        return detection
     arrays = path_arrays(task.path, task.device)
     for span in _spans_by_body(task):
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
         pairs = tuple(p for p in task.machine.pairs if _is_present(p, bodies))
-        if len(pairs) < len(task.machine.pairs):
+        if any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b)):
             detection.missing.append(span)
         if not pairs:
             continue
@@ -145,7 +151,7 @@ def _touch(
     task: Task, scene: Scene, span: Span, arrays: PathArrays, detection: Detection
 ) -> Contact | None:
     """First contact of surfaces within one stretch."""
-    prepared = prepare_paper(scene, task.machine.joints) if task.method == "paper" else []
+    prepared = prepare_paper(scene, _travelled(task)) if task.method == "paper" else []
     total = max(task.path.duration_ps, 1)
     for first in windows(task.path, span, WINDOW, task.period_ps):
         instants = window(task.path, span, first, WINDOW, task.period_ps)
@@ -157,6 +163,18 @@ def _touch(
             return _describe(task, scene, span, arrays, instants, *hit)
         task.progress(min(1.0, (first + WINDOW) * task.period_ps / total))
     return None
+
+
+def _travelled(task: Task) -> tuple[Joint, ...]:
+    """The joints with their travel as far as the path exceeds it; the path's own if unlimited."""
+    joints = []
+    for column, joint in enumerate(task.machine.joints):
+        lows, highs = position_ranges(task.path, column)
+        low, high = float(lows.min()), float(highs.max())
+        lower = min(low, joint.lower) if np.isfinite(joint.lower) else low
+        upper = max(high, joint.upper) if np.isfinite(joint.upper) else high
+        joints.append(replace(joint, lower=lower, upper=upper))
+    return tuple(joints)
 
 
 def _describe(

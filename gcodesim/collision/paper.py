@@ -5,8 +5,8 @@ sub-boxes per body, their overlaps interchanged into smaller regions, then one t
 pair: blocks of 32 x 32 threads, (N/32+1) x (M/32+1) blocks, consecutive threads fetching
 consecutive triangles; six axes where the triangles lie in one plane, eleven otherwise; one
 collision flag per sample. Axes are certified (predicates.py), so this method misses nothing
-either, but with fewer axes it may call nearly coplanar triangles a contact. The compiler unrolls
-the loops.
+either; with fewer axes it would call degenerate and nearly coplanar triangles a contact, so what
+its axes cannot separate is confirmed by the full test. The compiler unrolls the loops.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from gcodesim.collision.boxes import aabbs_overlap, posed_triangle, triangle_box
 from gcodesim.collision.device import BIT_EQUAL
 from gcodesim.collision.exhaustive import InstantArrays, Work, instant_arrays
 from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.predicates import GUARD, abs_vec, edge, separates
+from gcodesim.collision.predicates import GUARD, abs_vec, edge, separates, triangles_touch
 from gcodesim.collision.reach import reachable
 from gcodesim.collision.regions import build_regions
 from gcodesim.collision.scene import Scene
@@ -173,7 +173,9 @@ def detect_in_detail(
     if kept_a[i, row] == 0 or kept_b[i, column] == 0:
         return
     wp.atomic_add(work_out, 0, wp.int64(1))
-    if touch_6_or_11(triangles_a[row], posed_b[i, column]):
+    a = triangles_a[row]
+    b = posed_b[i, column]
+    if touch_6_or_11(a, b) and triangles_touch(a, b):
         flag_out[i] = 1
 
 

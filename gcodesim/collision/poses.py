@@ -177,7 +177,7 @@ def pair_pose(
 
 
 def path_arrays(path: Path, device: str) -> PathArrays:
-    """Copy a path to the device; a path without pieces becomes one piece that stands still."""
+    """Copy a path to the device."""
     arrays = PathArrays()
     arcs = path.arcs
     size = np.stack([arcs["r0"], arcs["r1"], arcs["sweep"]], axis=-1)
@@ -218,8 +218,14 @@ def joints_between(joints: tuple[Joint, ...], a: str, b: str) -> list[tuple[int,
 def chain_arrays(
     joints: tuple[Joint, ...], links: list[tuple[str, str]], device: str
 ) -> ChainArrays:
-    """Chains of the given pairs of links on the device."""
-    steps = [joints_between(joints, a, b) for a, b in links]
+    """Chains between the given pairs of links on the device."""
+    return step_arrays(joints, [joints_between(joints, a, b) for a, b in links], device)
+
+
+def step_arrays(
+    joints: tuple[Joint, ...], steps: list[list[tuple[int, int]]], device: str
+) -> ChainArrays:
+    """Chains given as joints (column, sign) on the device."""
     flat = [step for chain in steps for step in chain]
     arrays = ChainArrays()
     first = np.concatenate([[0], np.cumsum([len(chain) for chain in steps])])

@@ -28,7 +28,10 @@ def reachable(
     triangles_a: NDArray[np.float64],
     triangles_b: NDArray[np.float64],
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Tell which triangles of a and of b can come into the other body's box within the travels."""
+    """Tell which triangles of a and of b can come into the other body's box within the travels.
+
+    The travels of linear joints must be finite.
+    """
     boxes_a, boxes_b = triangle_boxes(triangles_a), triangle_boxes(triangles_b)
     swept_b = sweep(boxes_b, joints, joints_between(joints, *links))
     swept_a = sweep(boxes_a, joints, joints_between(joints, links[1], links[0]))

@@ -96,7 +96,7 @@ def _joined(parts: list[dict[str, NDArray[np.generic]]]) -> Tree:
     for key in ("left", "right", "triangle", "vertex_first", "vertex_count"):
         columns[key] = columns[key].astype(np.int32)
     levels = np.cumsum([0, *(len(part["left"]) for part in parts)])
-    return Tree(levels=levels, **columns)  # type: ignore[arg-type]
+    return Tree(levels=levels, **columns)
 
 
 def _split(triangles: Floats, order: Ints, counts: Ints) -> tuple[Ints, Ints]:
@@ -156,9 +156,8 @@ def _bound_level(
     starts = 3 * (np.cumsum(counts) - counts)
     node = np.repeat(np.arange(len(counts)), 3 * counts)
     frame, centre, extent = _oriented_boxes(points, node, starts, counts, triangles[order])
-    keys, where = np.unique(
-        node * (corner_ids.max() + 1) + corner_ids[order].ravel(), return_index=True
-    )
+    keys = node * (corner_ids.max() + 1) + corner_ids[order].ravel()
+    where = np.unique(keys, return_index=True)[1]
     owner = node[where]
     distinct = np.bincount(owner, minlength=len(counts))
     kept = distinct <= VERTEX_LIMIT

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gcodesim.constants import LINEAR_LIMIT_SLACK_MM, PS_PER_S
 from gcodesim.findings import Finding
 from gcodesim.machine.model import Joint
-from gcodesim.motion.path import Path
+from gcodesim.motion.path import Path, path_fraction
 
 BISECTIONS = 60
 """Halvings that locate the instant of crossing: below 1e-17 of the piece."""
@@ -115,22 +115,28 @@ def _finding(
 def _crossing_ps(path: Path, column: int, piece: int, limit: float, sign: float) -> int:
     """First time at which the joint passes the limit inside a piece [ps].
 
-    Between neighbouring extremes the position is monotone, so bisection finds the one crossing.
+    Between neighbouring extremes the position is monotone, so bisection finds the one crossing,
+    under any time law.
     """
     start, end = int(path.bounds_ps[piece]), int(path.bounds_ps[piece + 1])
     fractions = [np.array([0.0, 1.0])]
     if path.arc[piece] >= 0 and column in path.xyz:
         fractions += _arc_extremes(path, np.array([piece]), path.xyz.index(column))
-    times = start + np.rint(np.unique(np.concatenate(fractions)) * (end - start)).astype(np.int64)
-    beyond = sign * (path.positions(times)[:, column] - limit) > LINEAR_LIMIT_SLACK_MM
+
+    def is_beyond(s: NDArray[np.float64]) -> NDArray[np.bool_]:
+        position = path.positions_on(np.full(len(s), piece), s)[:, column]
+        return np.asarray(sign * (position - limit) > LINEAR_LIMIT_SLACK_MM)
+
+    ordered = np.unique(np.concatenate(fractions))
+    beyond = is_beyond(ordered)
     if beyond[0] or not beyond.any():
         return start
     after = int(np.argmax(beyond))
-    low, high = int(times[after - 1]), int(times[after])
+    low, high = start, end
     for _ in range(BISECTIONS):
         middle = (low + high) // 2
-        position = path.positions(np.array([middle]))[0, column]
-        if sign * (position - limit) > LINEAR_LIMIT_SLACK_MM:
+        s = path_fraction(path.law[[piece]], np.array([(middle - start) / (end - start)]))
+        if is_beyond(np.clip(s, ordered[after - 1], ordered[after]))[0]:
             high = middle
         else:
             low = middle

@@ -40,8 +40,10 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     findings = _stretched(program, rows, wanted, least)
 
     bounds, kept = _clock(seconds)
+    end = len(program)
     if kept < len(rows):
-        line = int(program.line[rows[kept]])
+        end = int(rows[kept])
+        line = int(program.line[end])
         limit = MAX_TIME_PS / PS_PER_S
         message = f"program time passes {limit:.3g} s here; what follows is not checked"
         findings.append(Finding("GC424", message, "time_limit", line=line))
@@ -58,7 +60,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         arcs=arcs,
         xyz=tuple(names.index(a) if a in names else -1 for a in "XYZ"),  # type: ignore[arg-type]
         line=program.line[rows].astype(np.int32),
-        tool_changes=_tool_changes(program, rows),
+        tool_changes=_tool_changes(program, rows, end),
     )
     return path, findings
 
@@ -71,7 +73,8 @@ def _feed_times(
     rate = np.where(mode == FeedMode.PER_REVOLUTION, feed * program.speed[rows], feed)
     amount = np.where(mode == FeedMode.INVERSE_TIME, 1.0, lengths[rows])
     moving = np.isin(kind, (Kind.FEED, Kind.ARC))
-    seconds = 60.0 * np.divide(amount, rate, out=np.zeros_like(rate), where=moving & (rate > 0))
+    with np.errstate(over="ignore"):  # tiny feeds take for ever: infinite is fine
+        seconds = 60.0 * np.divide(amount, rate, out=np.zeros_like(rate), where=moving & (rate > 0))
     return np.where(kind == Kind.DWELL, feed, seconds)
 
 
@@ -90,7 +93,7 @@ def _stretched(
     wanted: NDArray[np.float64],
     least: NDArray[np.float64],
 ) -> list[Finding]:
-    slow = np.flatnonzero((program.kind[rows] == Kind.FEED) & (wanted < least * (1.0 - 1e-12)))
+    slow = np.flatnonzero((program.kind[rows] != Kind.RAPID) & (wanted < least * (1.0 - 1e-12)))
     if not len(slow):
         return []
     worst = slow[np.argmax(least[slow] - wanted[slow])]
@@ -108,14 +111,18 @@ def _clock(seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], int]:
     Integers add without rounding, so the cycle time is the same for any chunking: 1e6 blocks of
     half a picosecond of rounding each stay below 1e-6 s. A move takes at least 1 ps.
     """
-    fits = np.cumsum(seconds) * PS_PER_S < MAX_TIME_PS
+    longest = MAX_TIME_PS / PS_PER_S
+    fits = np.cumsum(np.minimum(seconds, longest)) < longest
     kept = int(np.argmin(fits)) if not fits.all() else len(seconds)
     ticks = np.maximum(np.rint(seconds[:kept] * PS_PER_S), 1.0).astype(np.int64)
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(ticks)]), kept
 
 
-def _tool_changes(program: CanonicalProgram, rows: NDArray[np.intp]) -> tuple[ToolChange, ...]:
-    changes = np.flatnonzero(program.kind == Kind.TOOL)
+def _tool_changes(
+    program: CanonicalProgram, rows: NDArray[np.intp], end: int
+) -> tuple[ToolChange, ...]:
+    """Tool changes among the first `end` commands."""
+    changes = np.flatnonzero(program.kind[:end] == Kind.TOOL)
     pieces = np.searchsorted(rows, changes)
     return tuple(
         ToolChange(int(piece), int(program.aux[row]), int(program.line[row]))

@@ -97,5 +97,6 @@ def windows(path: Path, span: Span, count: int, period_ps: int) -> Iterator[int]
         if first < last and len(path):
             piece = path.piece_at(np.array([first * period_ps]))[0]
             still = path.arc[piece] < 0 and np.array_equal(path.q0[piece], path.q1[piece])
-            if still:
+            # Blocks may end between the last sample looked at and the dwell: not to be jumped.
+            if still and path.bounds_ps[piece] <= (first - 1) * period_ps:
                 first = max(first, sample_of(int(path.bounds_ps[piece + 1]), period_ps))

@@ -54,7 +54,7 @@ def _body(result: CheckResult) -> Iterator[Text]:
         yield from _finding(finding)
         if first and _tells(finding, first):
             yield from _contact(first)
-    yield Text(_checked(result))
+    yield from map(Text, _checked(result))
     for title, entries in _gaps(result):
         if entries:
             yield Text(printable(f"  {title}: {'; '.join(entries)}"))
@@ -81,19 +81,18 @@ def _finding(finding: Finding) -> Iterator[Text]:
 
 
 def _block(block: str, column: int | None) -> Iterator[Text]:
-    """The block, and a caret under its column where one is known."""
-    shown = printable(block)
-    place = (column or 1) - 1
-    # Only the surroundings of the column are shown of a very long block.
-    begin = max(len(shown) - len(shown.lstrip()), place - BLOCK_WIDTH // 2, 0)
-    begin = min(begin, place) if column else begin
-    shown, cut = shown[begin:].rstrip(), begin > len(block) - len(block.lstrip())
-    shown = shown[:BLOCK_WIDTH] + ("..." if len(shown) > BLOCK_WIDTH else "")
-    lead = "    ..." if cut else "    "
-    yield Text(lead + shown, style="dim")
+    """The block without its indentation, and a caret under its column where one is known."""
+    text = printable(block).rstrip()
+    indent = len(text) - len(text.lstrip())
+    place = column - 1 if column else indent
+    # Of a very long block only the surroundings of the column are shown.
+    begin = max(min(indent, place), place - BLOCK_WIDTH // 2)
+    end = begin + BLOCK_WIDTH
+    lead = "    ..." if begin > indent else "    "
+    yield Text(lead + text[begin:end] + ("..." if len(text) > end else ""), style="dim")
     if column:
         # Cells, not characters: East Asian characters of a comment are two columns wide.
-        yield Text(" " * (len(lead) + cell_len(shown[: place - begin])) + "^", style="dim")
+        yield Text(" " * (len(lead) + cell_len(text[begin:place])) + "^", style="dim")
 
 
 def _contact(first: FirstContact) -> Iterator[Text]:
@@ -109,16 +108,16 @@ def _contact(first: FirstContact) -> Iterator[Text]:
         yield Text(f"    point  {point}  ({', '.join(['world frame', *named])})")
 
 
-def _checked(result: CheckResult) -> str:
-    pairs = [f"{a}-{b}" for a, b in result.coverage.pairs]
-    motion = (
-        f"{result.blocks} blocks, {result.duration_s:.3f} s of motion, {result.samples} samples"
-    )
-    if not pairs or not result.samples:
-        return f"  nothing was checked: {motion}, {len(pairs)} pairs"
+def _checked(result: CheckResult) -> Iterator[str]:
     looked = f"every {result.sample_period_s * 1e3:g} ms and at block ends"
-    how = f"{result.method} on {result.device}"
-    return f"  checked: {motion} ({looked}); {len(pairs)} pairs: {', '.join(pairs)}; {how}"
+    motion = f"{result.blocks} blocks, {result.duration_s:.3f} s, {result.samples} samples"
+    yield f"  motion: {motion} ({looked})"
+    pairs = [f"{a}-{b}" for a, b in result.coverage.pairs]
+    if not pairs or not result.samples:
+        yield "  checked: nothing"
+        return
+    until = " up to the first contact" if result.first_contact else ""
+    yield f"  checked: {', '.join(pairs)}{until}; {result.method} on {result.device}"
 
 
 def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:

@@ -24,7 +24,10 @@ FRACTION_MARGIN = 1e-5  # of a period: nearer to a sample, rounding would decide
 
 
 def run(
-    scene: Scene, period_ps: int = DEFAULT_PERIOD_PS, device: str = "cpu", method: str = "exhaustive"
+    scene: Scene,
+    period_ps: int = DEFAULT_PERIOD_PS,
+    device: str = "cpu",
+    method: str = "exhaustive",
 ) -> Detection:
     return detect(Task(scene.path, scene.machine, period_ps, device, method, lambda done: None))
 

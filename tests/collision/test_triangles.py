@@ -20,7 +20,7 @@ UNIT_MM = {"F11": 1000}  # F11 is in metres
 
 FACE = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
 PIERCING = np.array([[1.0, 1, -1], [1, 1, 1], [9, 9, 1]])
-APART = FACE + [0, 0, 0.5]
+APART = FACE + np.array([0, 0, 0.5])
 
 
 def count_false_alarms(found: Array, a: Array, b: Array, unit: int) -> int:

@@ -1,0 +1,96 @@
+"""The forest: trees, levers and chains of all pairs of a scene, on the device."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from gcodesim.collision.bounds import common_frame, levers, travelled
+from gcodesim.collision.closest import ForestArrays
+from gcodesim.collision.poses import ChainArrays, joints_between, step_arrays
+from gcodesim.collision.scene import Scene, Shape
+from gcodesim.collision.trees import Tree, build_tree
+from gcodesim.machine.model import Joint
+from gcodesim.motion.path import Path
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Forest:
+    """What the search needs of a scene besides its pairs.
+
+    Attributes:
+        sides: chains from the common frame to body a (side 2 p) and to body b (2 p + 1) of pair p.
+        depth: largest sum of the depths of the two trees of a pair.
+    """
+
+    arrays: ForestArrays
+    sides: ChainArrays
+    depth: int
+
+
+def build_forest(scene: Scene, joints: tuple[Joint, ...], path: Path) -> Forest:
+    """Build the trees of all shapes once, and the levers of each pair for what the path travels."""
+    moving = travelled(joints, path)
+    shapes = list({id(s): s for pair in scene.shapes for s in pair}.values())
+    trees = [build_tree(s.regions.triangles) for s in shapes]
+    place = {id(s): i for i, s in enumerate(shapes)}
+    chains, blocks, roots = [], [], []
+    node_at = np.cumsum([0, *(len(t.left) for t in trees)])
+    for pair, links in zip(scene.shapes, scene.links, strict=True):
+        frame = common_frame(joints, *links)
+        for shape, link in zip(pair, links, strict=True):
+            chain = joints_between(joints, frame, link)
+            index = place[id(shape)]
+            chains.append(chain)
+            roots.append(int(node_at[index]))
+            blocks.append(levers(moving, chain, shape.regions.triangles, trees[index]))
+    arrays = _tree_arrays(scene, shapes, trees, node_at)
+    device = scene.device
+    arrays.root = wp.array(np.array(roots), dtype=wp.int32, device=device)
+    counts = np.array([block.shape[1] for block in blocks])
+    first = np.cumsum([0, *(block.size for block in blocks)])[:-1]
+    flat = np.concatenate([np.zeros(0), *(block.ravel() for block in blocks)])
+    arrays.lever = wp.array(np.append(flat, 0.0), dtype=wp.float64, device=device)
+    # Levers are found as lever[first + node * count + k] with the node's number in the forest.
+    arrays.lever_first = wp.array(first - np.array(roots) * counts, dtype=wp.int32, device=device)
+    arrays.lever_count = wp.array(counts, dtype=wp.int32, device=device)
+    depth = max(trees[place[id(a)]].depth + trees[place[id(b)]].depth for a, b in scene.shapes)
+    return Forest(arrays, step_arrays(joints, chains, device), depth)
+
+
+def _tree_arrays(
+    scene: Scene, shapes: list[Shape], trees: list[Tree], node_at: Ints
+) -> ForestArrays:
+    device = scene.device
+    triangle_at = np.cumsum([0, *(len(s.regions.triangles) for s in shapes)])
+    vertex_at = np.cumsum([0, *(len(t.vertices) for t in trees)])
+
+    def joined(field: str, offsets: Ints | None = None) -> NDArray[Any]:
+        columns = [getattr(tree, field) for tree in trees]
+        if offsets is not None:
+            columns = [np.where(c >= 0, c + o, c) for c, o in zip(columns, offsets, strict=False)]
+        return np.concatenate(columns)
+
+    arrays = ForestArrays()
+    for field, offsets in (
+        ("left", node_at),
+        ("right", node_at),
+        ("triangle", triangle_at),
+        ("vertex_first", vertex_at),
+        ("vertex_count", None),
+    ):
+        setattr(arrays, field, wp.array(joined(field, offsets), dtype=wp.int32, device=device))
+    arrays.frame = wp.array(joined("frame"), dtype=wp.mat33d, device=device)
+    arrays.centre = wp.array(joined("centre"), dtype=wp.vec3d, device=device)
+    arrays.extent = wp.array(joined("extent"), dtype=wp.vec3d, device=device)
+    arrays.vertices = wp.array(joined("vertices"), dtype=wp.vec3d, device=device)
+    arrays.size = wp.array(joined("size"), dtype=wp.float64, device=device)
+    triangles = np.concatenate([s.regions.triangles for s in shapes])
+    arrays.triangles = wp.array(triangles, dtype=wp.mat33d, device=device)
+    return arrays

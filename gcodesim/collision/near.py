@@ -1,0 +1,233 @@
+"""Near misses between samples: the way into a contact, or a contact of their own.
+
+The search marks the first sample step in which two bodies come within the tolerance and no sample
+touches. From there this module walks on, step by step. A touch at the end of the same near stretch
+is an ordinary contact, found as such; a stretch that ends without one is a contact between samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from gcodesim.collision.boxes import posed_triangle, triangle_box
+from gcodesim.collision.closest import between_triangles
+from gcodesim.collision.device import BIT_EQUAL
+from gcodesim.collision.exhaustive import NO_CONTACT
+from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
+from gcodesim.collision.predicates import triangles_touch
+from gcodesim.collision.search import Outcome, Roots, Searcher
+from gcodesim.constants import PAIR_BITS
+
+wp.set_module_options(BIT_EQUAL)
+
+STEPS = 256
+"""Sample steps looked at per launch while walking along a near stretch."""
+
+GOLDEN = (5.0**0.5 - 1.0) / 2.0
+REFINEMENTS, SCANS = 24, 17
+"""Instants scanned along a near stretch, and golden-section steps around the best of them."""
+
+HALVINGS = 20
+"""Halvings that find when the tolerance is first reached: 1e-6 of a sample step."""
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The smallest distance of a pair at one instant.
+
+    Attributes:
+        distance: [mm]; 0 when the bodies touch.
+        numbers: triangle numbers in the whole shapes of a and b.
+        point: halfway between the nearest points [mm], in the frame of body a's link, shape (3,).
+    """
+
+    time_ps: int
+    pair: int
+    distance: float
+    numbers: tuple[int, int]
+    point: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Approach:
+    """A near stretch without a touch at a sample.
+
+    Attributes:
+        start_ps: when the distance first falls to the tolerance.
+        nearest: the smallest distance reached, and when.
+    """
+
+    start_ps: int
+    nearest: Nearest
+
+
+@wp.kernel
+def find_nearest_triangles(
+    path: PathArrays,
+    chains: ChainArrays,
+    place: wp.vec2i,  # pair, piece
+    time_ps: wp.int64,
+    triangles_a: wp.array[wp.mat33d],
+    triangles_b: wp.array[wp.mat33d],
+    nearest_out: wp.array[wp.vec3d],
+    number_out: wp.array[wp.int32],
+):
+    """One thread per triangle of a: vector to the nearest triangle of b, and its number."""
+    i = wp.tid()
+    pose = pair_pose(path, chains, place[0], place[1], time_ps)
+    own = triangles_a[i]
+    box = triangle_box(own)
+    best = wp.float64(1.0e30)
+    for j in range(triangles_b.shape[0]):
+        posed = posed_triangle(pose, triangles_b[j])
+        other = triangle_box(posed)
+        apart = wp.max(wp.max(other.low - box.high, box.low - other.high), wp.vec3d())
+        if wp.dot(apart, apart) < best:
+            v = between_triangles(own, posed)
+            if triangles_touch(own, posed):
+                v = wp.vec3d()
+            if wp.dot(v, v) < best:
+                best = wp.dot(v, v)
+                nearest_out[i] = v
+                number_out[i] = j
+
+
+def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
+    """Smallest distance of a pair at one instant, over all its triangles."""
+    scene = searcher.scene
+    shapes = [shape.regions for shape in scene.shapes[pair]]
+    ordered = [regions.triangles[np.argsort(regions.order)] for regions in shapes]
+    on_device = [wp.array(t, dtype=wp.mat33d, device=scene.device) for t in ordered]
+    vectors = wp.zeros(len(ordered[0]), dtype=wp.vec3d, device=scene.device)
+    numbers = wp.zeros(len(ordered[0]), dtype=wp.int32, device=scene.device)
+    piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
+    wp.launch(
+        find_nearest_triangles,
+        dim=len(ordered[0]),
+        inputs=[searcher.arrays, scene.chains, wp.vec2i(pair, piece), time_ps, *on_device],
+        outputs=[vectors, numbers],
+        device=scene.device,
+    )
+    distances = np.linalg.norm(vectors.numpy(), axis=1)
+    a = int(np.argmin(distances))
+    centre = ordered[0][a].mean(axis=0)
+    return Nearest(
+        time_ps, pair, float(distances[a]), (a, int(numbers.numpy()[a])), np.asarray(centre)
+    )
+
+
+def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Approach | None:
+    """What happens in a near stretch that begins at `start_ps`; None when it leads to a touch.
+
+    Args:
+        searcher: with the scene and path.
+        pair: the pair.
+        start_ps: start of the first near sample step.
+        end_ps: end of the time to look at.
+    """
+    first_end = start_ps
+    for times in _steps(searcher, start_ps, end_ps):
+        if first_end == start_ps:
+            first_end = int(times[1])
+        samples = -(-times[1:] // searcher.settings.period_ps)
+        outcome = _look(searcher, pair, times[:-1], times[1:])
+        touched = samples >= outcome.best >> PAIR_BITS
+        ends = np.flatnonzero(touched | (outcome.near == NO_CONTACT))
+        if len(ends):
+            if touched[ends[0]]:
+                return None
+            end_ps = int(times[ends[0]])
+            break
+    begin = _first_instant(searcher, pair, start_ps, first_end)
+    return Approach(begin, _nearest_in(searcher, pair, start_ps, max(end_ps, first_end)))
+
+
+def _look(
+    searcher: Searcher, pair: int, starts: NDArray[np.int64], ends: NDArray[np.int64]
+) -> Outcome:
+    """Search stretches that each lie within one piece."""
+    pieces = searcher.path.piece_at(ends)
+    return searcher.search_stretches(
+        Roots(pieces, np.full(len(pieces), -1, np.int32), starts, ends), pair
+    )
+
+
+def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[np.int64]]:
+    """Yield runs of times of consecutive instants; two neighbours lie within one piece."""
+    path, period = searcher.path, searcher.settings.period_ps
+    while start_ps < end_ps:
+        stop = min(end_ps, start_ps + STEPS * period)
+        samples = np.arange(start_ps // period + 1, stop // period + 1, dtype=np.int64) * period
+        inside = path.bounds_ps[(path.bounds_ps > start_ps) & (path.bounds_ps < stop)]
+        times = np.unique(np.concatenate([[start_ps, stop], samples, inside]))
+        yield times
+        start_ps = stop
+
+
+def _first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> int:
+    """First time within a near sample step at which the distance is down to the tolerance [ps]."""
+    for _ in range(HALVINGS):
+        middle = (start_ps + end_ps) // 2
+        if middle in (start_ps, end_ps):
+            break
+        outcome = _look(searcher, pair, np.array([start_ps]), np.array([middle]))
+        if outcome.near[0] < NO_CONTACT or outcome.best < NO_CONTACT:
+            end_ps = middle
+        else:
+            start_ps = middle
+    return end_ps
+
+
+def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Nearest:
+    """The smallest distance within a near stretch: a coarse scan, then golden section."""
+    times = np.unique(np.linspace(start_ps, end_ps, SCANS).astype(np.int64)).tolist()
+    seen = [nearest_at(searcher, pair, time) for time in times]
+    best = min(range(len(seen)), key=lambda i: seen[i].distance)
+    low, high = float(times[max(best - 1, 0)]), float(times[min(best + 1, len(times) - 1)])
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = (nearest_at(searcher, pair, round(t)) for t in (left, right))
+    nearest = min(seen[best], at_left, at_right, key=lambda n: n.distance)
+    for _ in range(REFINEMENTS):
+        if nearest.distance == 0.0:
+            break
+        if at_left.distance <= at_right.distance:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = nearest_at(searcher, pair, round(left))
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = nearest_at(searcher, pair, round(right))
+        nearest = min(nearest, at_left, at_right, key=lambda n: n.distance)
+    return nearest
+
+
+def first_event(
+    searcher: Searcher, first: int, end: int, end_ps: int
+) -> tuple[Outcome, tuple[int, int] | Approach | None]:
+    """Search the pieces first..end: a touch (sample, pair), a contact between samples, or None.
+
+    Args:
+        searcher: with the scene and path.
+        first: first piece of the run to search.
+        end: end of that run.
+        end_ps: how far a near stretch may be followed, the end of the span.
+    """
+    outcome = searcher.search_pieces(first, end)
+    touch = None
+    if outcome.best < NO_CONTACT:
+        touch = outcome.best >> PAIR_BITS, outcome.best & ((1 << PAIR_BITS) - 1)
+        end_ps = min(end_ps, touch[0] * searcher.settings.period_ps)
+    between = [
+        contact_between(searcher, int(pair), int(outcome.near[pair]), end_ps)
+        for pair in np.flatnonzero(outcome.near < end_ps)
+    ]
+    found = [approach for approach in between if approach]
+    if found:
+        return outcome, min(found, key=lambda f: (f.start_ps, f.nearest.pair))
+    return outcome, touch

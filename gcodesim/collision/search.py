@@ -1,0 +1,224 @@
+"""The search over a path: windows of pieces times pairs, in the order of time, on all CPU threads.
+
+Windows are runs of 2^LEVEL pieces; a chunk of them shares the tables of dyadic motion, so memory
+does not grow with the program. Batches of windows run as launches side by side (a launch releases
+the interpreter lock), each with its own best contact, merged after it: the minimum does not depend
+on who finds it.
+"""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+
+import numpy as np
+import warp as wp
+from numpy.typing import NDArray
+
+from gcodesim.collision.bounds import dyadic_motion
+from gcodesim.collision.chords import MotionArrays, pose_knots
+from gcodesim.collision.exhaustive import NO_CONTACT
+from gcodesim.collision.forest import Forest
+from gcodesim.collision.poses import PathArrays, Pose
+from gcodesim.collision.scene import Scene
+from gcodesim.collision.search_kernel import (
+    RESULT_SIZE,
+    Chains,
+    RootArrays,
+    search_roots,
+)
+from gcodesim.constants import PAIR_BITS, SLACK_MM
+from gcodesim.machine.model import Joint
+from gcodesim.motion.path import Path
+
+LEVEL = 6
+"""Pieces in a window: 2^6. Longer windows prove more at once, shorter ones share better."""
+
+CHUNK = 64
+"""Windows that share one set of motion tables."""
+
+BATCH = 8
+"""Windows per launch on the CPU: what runs before a contact found elsewhere is heard of."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How a search proves.
+
+    Attributes:
+        period_ps: sample period [ps].
+        mode: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES or MODE_MINIMUM of the kernel.
+        free_mm: per pair, a proof must leave more than this [mm].
+        threads: launches side by side on the CPU.
+    """
+
+    period_ps: int
+    mode: int
+    free_mm: tuple[float, ...]
+    threads: int = field(default_factory=lambda: os.cpu_count() or 1)
+
+
+@dataclass
+class Outcome:
+    """What a search found.
+
+    Attributes:
+        best: lowest key (sample << PAIR_BITS | pair) in contact, NO_CONTACT when none.
+        near: per pair (or root) the start of the first sample step [ps] in which the distance
+            falls to free_mm between samples; NO_CONTACT when none.
+        distance: per pair (or root) the smallest distance [mm], inf when not asked for.
+        items, triangle_tests: work done.
+        overflows: roots whose stack was full; never an answer.
+    """
+
+    near: NDArray[np.int64]
+    distance: NDArray[np.float64]
+    best: int = NO_CONTACT
+    items: int = 0
+    triangle_tests: int = 0
+    overflows: int = 0
+
+    @classmethod
+    def nothing(cls, slots: int, best: int = NO_CONTACT) -> Outcome:
+        """The outcome before anything was looked at."""
+        return cls(np.full(slots, NO_CONTACT), np.full(slots, np.inf), best)
+
+    def merge(self, other: Outcome) -> None:
+        """Add the outcome of a launch or of another search."""
+        self.near = np.minimum(self.near, other.near)
+        self.distance = np.minimum(self.distance, other.distance)
+        self.best = min(self.best, other.best)
+        self.items += other.items
+        self.triangle_tests += other.triangle_tests
+        self.overflows += other.overflows
+
+
+@dataclass(frozen=True)
+class Roots:
+    """Where a search starts: runs of pieces (level >= 0) or stretches of one piece (-1)."""
+
+    piece: NDArray[np.int32]
+    level: NDArray[np.int32]
+    start_ps: NDArray[np.int64]
+    end_ps: NDArray[np.int64]
+
+    def part(self, first: int, end: int) -> Roots:
+        """Roots first..end."""
+        cut = slice(first, end)
+        return Roots(self.piece[cut], self.level[cut], self.start_ps[cut], self.end_ps[cut])
+
+
+@dataclass(frozen=True)
+class Searcher:
+    """A scene with its forest, ready to search stretches of one path."""
+
+    scene: Scene
+    forest: Forest
+    path: Path
+    arrays: PathArrays
+    joints: tuple[Joint, ...]
+    settings: Settings
+
+    def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:
+        """Yield runs of pieces that share motion tables."""
+        step = CHUNK << LEVEL
+        for start in range(first, end, step):
+            yield start, min(start + step, end)
+
+    def search_pieces(self, first: int, end: int, before: Outcome | None = None) -> Outcome:
+        """Search the pieces first..end for all pairs, going on from what was found before."""
+        motion = self.motion(first, end)
+        starts = np.arange(first, end, 1 << LEVEL, dtype=np.int32)
+        zero = np.zeros(len(starts), np.int64)
+        roots = Roots(starts, np.full(len(starts), LEVEL, np.int32), zero, zero)
+        outcome = before or Outcome.nothing(len(self.scene.pairs))
+        on_cpu = self.scene.device == "cpu"
+        size = BATCH if on_cpu else len(starts)
+        batches = [(i, min(i + size, len(starts))) for i in range(0, len(starts), size)]
+        lock = threading.Lock()
+
+        def run(batch: tuple[int, int]) -> None:
+            part = roots.part(*batch)
+            sample = int(self.path.bounds_ps[part.piece[0]]) // self.settings.period_ps
+            with lock:
+                best, distance = outcome.best, outcome.distance
+            if best >> PAIR_BITS < sample:
+                return
+            found = self.launch(part, motion, best, distance)
+            with lock:
+                outcome.merge(found)
+
+        if on_cpu and self.settings.threads > 1 and len(batches) > 1:
+            with ThreadPoolExecutor(self.settings.threads) as pool:
+                list(pool.map(run, batches))
+        else:
+            for batch in batches:
+                run(batch)
+        return outcome
+
+    def search_stretches(self, roots: Roots, pair: int) -> Outcome:
+        """Search stretches of single pieces for one pair; outcomes have an entry per stretch."""
+        first, end = int(roots.piece.min()), int(roots.piece.max()) + 1
+        distance = np.full(len(roots.piece), np.inf)
+        return self.launch(roots, self.motion(first, end), NO_CONTACT, distance, pair)
+
+    def motion(self, first: int, end: int) -> MotionArrays:
+        """Motion tables and knot poses of the pieces first..end."""
+        device = self.scene.device
+        tables = dyadic_motion(self.path, self.joints, first, end, LEVEL)
+        count = ((end - first + (1 << LEVEL) - 1) >> LEVEL) << LEVEL
+        arrays = MotionArrays()
+        arrays.first, arrays.end = first, end
+        arrays.level_first = wp.array(tables.level_first, dtype=wp.int32, device=device)
+        arrays.moved = wp.array(tables.moved, dtype=wp.float64, device=device)
+        arrays.deviation = wp.array(tables.deviation, dtype=wp.float64, device=device)
+        sides = 2 * len(self.scene.pairs)
+        arrays.knot = wp.zeros((sides, count + 1), dtype=Pose, device=device)
+        wp.launch(
+            pose_knots,
+            dim=(sides, count + 1),
+            inputs=[self.arrays, self.forest.sides, first, end - first],
+            outputs=[arrays.knot],
+            device=device,
+        )
+        return arrays
+
+    def launch(
+        self,
+        roots: Roots,
+        motion: MotionArrays,
+        best: int,
+        distance: NDArray[np.float64],
+        pair: int | None = None,
+    ) -> Outcome:
+        """Run the kernel on some roots, for one pair or for all."""
+        device = self.scene.device
+        chains = Chains()
+        chains.pairs, chains.sides = self.scene.chains, self.forest.sides
+        arrays = RootArrays()
+        arrays.piece = wp.array(roots.piece, dtype=wp.int32, device=device)
+        arrays.level = wp.array(roots.level, dtype=wp.int32, device=device)
+        arrays.start_ps = wp.array(roots.start_ps, dtype=wp.int64, device=device)
+        arrays.end_ps = wp.array(roots.end_ps, dtype=wp.int64, device=device)
+        arrays.period_ps = self.settings.period_ps
+        free = np.array(self.settings.free_mm) + SLACK_MM
+        arrays.free_mm = wp.array(free, dtype=wp.float64, device=device)
+        arrays.mode = self.settings.mode
+        arrays.first_pair = pair or 0
+        arrays.per_root = int(pair is not None)
+        near = wp.full(len(distance), NO_CONTACT, dtype=wp.int64, device=device)
+        distances = wp.array(distance, dtype=wp.float64, device=device)
+        start = np.zeros(RESULT_SIZE, np.int64)
+        start[0] = best
+        result = wp.array(start, dtype=wp.int64, device=device)
+        wp.launch(
+            search_roots,
+            dim=(len(roots.piece), 1 if pair is not None else len(self.scene.pairs)),
+            inputs=[self.arrays, chains, self.forest.arrays, motion, arrays],
+            outputs=[near, distances, result],
+            device=device,
+        )
+        return Outcome(near.numpy(), distances.numpy(), *result.numpy().tolist())

@@ -1,0 +1,400 @@
+"""The search kernel: proves stretches of time free by chord certificates, tests only what is left.
+
+An item is two tree nodes and a stretch of time. A direction is aimed at the pose in the middle; the
+gaps along it at both ends and the bound of bounds.py prove the whole stretch free, or the stretch
+is halved while the nodes are apart in the middle, or the larger node is split. Two triangles over
+one sample step are left: they are tested exactly at both ends, as the exhaustive method does, and
+then halved further to prove the time between the samples. Nothing depends on the order of items:
+the first contact is a minimum over (sample, pair), and items behind it are dropped.
+"""
+
+import warp as wp
+
+from gcodesim.collision.boxes import posed_triangle
+from gcodesim.collision.chords import (
+    MotionArrays,
+    Stretch,
+    relative,
+    side_leaves_chord,
+    side_pose,
+)
+from gcodesim.collision.closest import (
+    ForestArrays,
+    aim_at_node,
+    between_triangles,
+    highest,
+    node_gap,
+)
+from gcodesim.collision.device import BIT_EQUAL
+from gcodesim.collision.poses import ChainArrays, PathArrays, Pose, pair_pose, path_fraction_at
+from gcodesim.collision.predicates import triangles_touch
+from gcodesim.constants import PAIR_BITS
+
+wp.set_module_options(BIT_EQUAL)
+
+STACK_SIZE = 160
+STACK = wp.constant(STACK_SIZE)
+KEY_BITS = wp.constant(wp.int64(PAIR_BITS))
+LEAST_LENGTH = wp.constant(wp.float64(1.0e-12))
+INSIDE_PIECE = wp.constant(-1)
+BETWEEN_SAMPLES = wp.constant(-2)
+
+MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM = 0, 1, 2
+AT_ALL_TIMES = wp.constant(MODE_AT_ALL_TIMES)
+MINIMUM = wp.constant(MODE_MINIMUM)
+"""Prove samples only; prove the time between them too; or find the smallest distance instead."""
+
+MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
+"""The smallest distance is found to this [mm]; finer costs time with the square root."""
+
+RESULT_SIZE = 4
+BEST = wp.constant(0)
+ITEMS = wp.constant(1)
+TRIANGLE_TESTS = wp.constant(2)
+OVERFLOWS = wp.constant(3)
+
+
+@wp.struct
+class RootArrays:
+    """Where the search starts: runs of pieces (level >= 0), or stretches of one piece (-1)."""
+
+    piece: wp.array[wp.int32]
+    level: wp.array[wp.int32]
+    start_ps: wp.array[wp.int64]
+    end_ps: wp.array[wp.int64]
+    period_ps: wp.int64
+    free_mm: wp.array[wp.float64]  # pair -> a proof must leave more than this
+    mode: wp.int32  # AT_SAMPLES, AT_ALL_TIMES or MINIMUM
+    first_pair: wp.int32  # pair of the first column of threads
+    per_root: wp.int32  # 1: near_out and distance_out have an entry per root, else per pair
+
+
+@wp.struct
+class Chains:
+    """Chains of each pair from body a to b, and of its two sides from their common frame."""
+
+    pairs: ChainArrays
+    sides: ChainArrays  # 2 pair: to body a, 2 pair + 1: to body b
+
+
+@wp.struct
+class Item:
+    """Two nodes over a stretch of time: a run of 2^level pieces, or a part of one piece."""
+
+    a: wp.int32
+    b: wp.int32
+    piece: wp.int32
+    level: wp.int32
+    start_ps: wp.int64
+    end_ps: wp.int64
+
+
+@wp.struct
+class View:
+    """An item's stretch with its halves, and the poses of both sides at start, middle and end.
+
+    `cut` is the sample at which the stretch would be cut, start_ps when there is none inside.
+    """
+
+    whole: Stretch
+    earlier: Stretch
+    later: Stretch
+    a0: Pose
+    b0: Pose
+    a_middle: Pose
+    b_middle: Pose
+    a1: Pose
+    b1: Pose
+    middle_ps: wp.int64
+    cut_ps: wp.int64
+
+
+@wp.struct
+class Aim:
+    """A unit direction in the frame of body a, the gap along it, and the distance of two leaves."""
+
+    n: wp.vec3d
+    gap: wp.float64
+    distance: wp.float64
+
+
+@wp.func
+def leaves_chord(
+    path: PathArrays,
+    sides: ChainArrays,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    stretch: Stretch,
+):
+    """How much the gap of an item can fall below what it is at the ends of a stretch [mm]."""
+    of_a = side_leaves_chord(path, sides, forest, motion, 2 * pair, item.a, stretch)
+    return of_a + side_leaves_chord(path, sides, forest, motion, 2 * pair + 1, item.b, stretch)
+
+
+@wp.func
+def side_gap(forest: ForestArrays, a: wp.int32, b: wp.int32, of_a: Pose, of_b: Pose, n: wp.vec3d):
+    """Gap of two nodes along n (common frame)."""
+    low = wp.dot(n, of_b.t) - highest(forest, b, -(wp.transpose(of_b.R) * n))
+    return low - wp.dot(n, of_a.t) - highest(forest, a, wp.transpose(of_a.R) * n)
+
+
+@wp.func
+def sample_between(t0: wp.int64, t1: wp.int64, period: wp.int64):
+    """A sample strictly between two times, near their middle; t0 when there is none."""
+    k = ((t0 + (t1 - t0) / wp.int64(2)) / period) * period
+    if k > t0:
+        return k
+    if k + period < t1:
+        return k + period
+    return t0
+
+
+@wp.func
+def sample_key(time_ps: wp.int64, period: wp.int64, pair: wp.int32):
+    """Key of a contact: the sample a time counts for, ceil(time / period), then the pair."""
+    sample = (time_ps + period - wp.int64(1)) / period
+    return (sample << KEY_BITS) + wp.int64(pair)
+
+
+@wp.func
+def view_run(motion: MotionArrays, pair: wp.int32, item: Item):
+    """The view of a run of pieces: poses from the table of knots."""
+    view = View()
+    knot = item.piece - motion.first
+    half = 1 << (item.level - 1)
+    view.whole.piece = item.piece
+    view.whole.part = wp.float64(1.0)
+    view.earlier = view.whole
+    view.later = view.whole
+    view.whole.row = motion.level_first[item.level] + (knot >> item.level)
+    view.earlier.row = motion.level_first[item.level - 1] + (knot >> (item.level - 1))
+    view.later.row = view.earlier.row + 1
+    view.a0 = motion.knot[2 * pair, knot]
+    view.b0 = motion.knot[2 * pair + 1, knot]
+    view.a_middle = motion.knot[2 * pair, knot + half]
+    view.b_middle = motion.knot[2 * pair + 1, knot + half]
+    view.a1 = motion.knot[2 * pair, knot + 2 * half]
+    view.b1 = motion.knot[2 * pair + 1, knot + 2 * half]
+    return view
+
+
+@wp.func
+def view_part(
+    path: PathArrays,
+    sides: ChainArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    period: wp.int64,
+):
+    """The view of a part of one piece; its middle is a sample where one lies inside."""
+    view = View()
+    piece = item.piece
+    t0 = item.start_ps
+    t1 = item.end_ps
+    view.cut_ps = sample_between(t0, t1, period)
+    view.middle_ps = view.cut_ps
+    if item.level == BETWEEN_SAMPLES or view.cut_ps == t0:
+        view.middle_ps = t0 + (t1 - t0) / wp.int64(2)
+    s0 = path_fraction_at(path, piece, t0)
+    s_middle = path_fraction_at(path, piece, view.middle_ps)
+    s1 = path_fraction_at(path, piece, t1)
+    view.whole.piece = piece
+    view.whole.row = motion.level_first[0] + piece - motion.first
+    view.earlier = view.whole
+    view.later = view.whole
+    view.whole.part = s1 - s0
+    view.earlier.part = s_middle - s0
+    view.later.part = s1 - s_middle
+    view.a0 = side_pose(path, sides, motion, 2 * pair, piece, t0)
+    view.b0 = side_pose(path, sides, motion, 2 * pair + 1, piece, t0)
+    view.a_middle = side_pose(path, sides, motion, 2 * pair, piece, view.middle_ps)
+    view.b_middle = side_pose(path, sides, motion, 2 * pair + 1, piece, view.middle_ps)
+    view.a1 = side_pose(path, sides, motion, 2 * pair, piece, t1)
+    view.b1 = side_pose(path, sides, motion, 2 * pair + 1, piece, t1)
+    return view
+
+
+@wp.func
+def aim_item(forest: ForestArrays, item: Item, view: View, wanted: wp.float64):
+    """A direction for an item's middle; two leaves with less than `wanted` get their nearest."""
+    aim = Aim()
+    pose = relative(view.a_middle, view.b_middle)
+    aim.n = aim_at_node(forest, item.a, item.b, pose)
+    aim.gap = node_gap(forest, item.a, item.b, pose, aim.n)
+    aim.distance = wp.float64(1.0e30)
+    if forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0 and aim.gap <= wanted:
+        own = forest.triangles[forest.triangle[item.a]]
+        posed = posed_triangle(pose, forest.triangles[forest.triangle[item.b]])
+        v = between_triangles(own, posed)
+        aim.distance = wp.length(v)
+        if aim.distance > LEAST_LENGTH:
+            aim.n = v / aim.distance
+            aim.gap = node_gap(forest, item.a, item.b, pose, aim.n)
+    return aim
+
+
+@wp.func
+def touch_at(
+    path: PathArrays,
+    pairs: ChainArrays,
+    forest: ForestArrays,
+    pair: wp.int32,
+    item: Item,
+    time_ps: wp.int64,
+):
+    """The exact test of two leaves at one instant, posed as the exhaustive method poses them."""
+    owner = item.piece
+    if time_ps == path.bounds_ps[owner] and owner > 0:
+        owner = owner - 1
+    pose = pair_pose(path, pairs, pair, owner, time_ps)
+    other = posed_triangle(pose, forest.triangles[forest.triangle[item.b]])
+    return triangles_touch(forest.triangles[forest.triangle[item.a]], other)
+
+
+@wp.func
+def half_of(item: Item, second: wp.bool, middle_ps: wp.int64):
+    """One half of an item in time."""
+    half = item
+    if item.level > 0:
+        half.level = item.level - 1
+        if second:
+            half.piece = item.piece + (1 << (item.level - 1))
+    elif second:
+        half.start_ps = middle_ps
+    else:
+        half.end_ps = middle_ps
+    return half
+
+
+@wp.func
+def child_of(forest: ForestArrays, item: Item, second: wp.bool):
+    """One of the two items that the larger node of an item splits into."""
+    child = item
+    splits_a = forest.triangle[item.b] >= 0
+    if forest.triangle[item.a] < 0 and forest.size[item.a] > forest.size[item.b]:
+        splits_a = True
+    if splits_a:
+        child.a = wp.where(second, forest.right[item.a], forest.left[item.a])
+    else:
+        child.b = wp.where(second, forest.right[item.b], forest.left[item.b])
+    return child
+
+
+@wp.func
+def root_item(forest: ForestArrays, roots: RootArrays, root: wp.int32, pair: wp.int32):
+    """The item of a root and a pair."""
+    item = Item()
+    item.a = forest.root[2 * pair]
+    item.b = forest.root[2 * pair + 1]
+    item.piece = roots.piece[root]
+    item.level = roots.level[root]
+    item.start_ps = roots.start_ps[root]
+    item.end_ps = roots.end_ps[root]
+    return item
+
+
+@wp.kernel
+def search_roots(
+    path: PathArrays,
+    chains: Chains,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    roots: RootArrays,
+    near_out: wp.array[wp.int64],
+    distance_out: wp.array[wp.float64],
+    result_out: wp.array[wp.int64],
+):
+    """One thread per (root, pair), with a short stack of items of its own.
+
+    near_out: start of the first sample step in which the distance falls to free_mm [ps];
+    distance_out: smallest distance (mode MINIMUM) [mm]; result_out: see BEST and the others.
+    """
+    root, column = wp.tid()
+    pair = roots.first_pair + column
+    slot = wp.where(roots.per_root == 1, root, pair)
+    free = roots.free_mm[pair]
+    stack = wp.zeros(shape=(STACK,), dtype=Item)
+    stack[0] = root_item(forest, roots, root, pair)
+    top = wp.int32(1)
+    items = wp.int64(0)
+    while top > 0:
+        top -= 1
+        item = stack[top]
+        if item.piece >= motion.end:
+            continue
+        if item.level >= 0:
+            item.start_ps = path.bounds_ps[item.piece]
+            item.end_ps = path.bounds_ps[wp.min(item.piece + (1 << item.level), motion.end)]
+        if item.level == 0:
+            item.level = INSIDE_PIECE
+        t0 = item.start_ps
+        if sample_key(t0, roots.period_ps, pair) >= result_out[BEST]:
+            continue
+        step = wp.max(path.bounds_ps[item.piece], (t0 / roots.period_ps) * roots.period_ps)
+        if item.level == BETWEEN_SAMPLES and near_out[slot] <= step:
+            continue
+        if roots.mode == MINIMUM:
+            free = distance_out[slot] - MINIMUM_GOOD_TO
+        items += wp.int64(1)
+
+        # A direction, and the proof along it.
+        view = View()
+        if item.level > 0:
+            view = view_run(motion, pair, item)
+        else:
+            view = view_part(path, chains.sides, motion, pair, item, roots.period_ps)
+        leaf = forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
+        leaving = leaves_chord(path, chains.sides, forest, motion, pair, item, view.whole)
+        aim = aim_item(forest, item, view, free + wp.float64(2.0) * leaving)
+        if roots.mode == MINIMUM:
+            wp.atomic_min(distance_out, slot, aim.distance)
+        apart = aim.gap > free
+        gap0 = wp.float64(-1.0)
+        gap1 = wp.float64(-1.0)
+        if apart:
+            n = view.a_middle.R * aim.n
+            gap0 = side_gap(forest, item.a, item.b, view.a0, view.b0, n)
+            gap1 = side_gap(forest, item.a, item.b, view.a1, view.b1, n)
+            if wp.min(gap0, gap1) > leaving + free:
+                continue
+
+        # What cannot be proved: settled where nothing is left to split, else split.
+        whole_step = item.level < 0 and view.cut_ps == t0
+        if leaf and item.end_ps - t0 <= wp.int64(1) and roots.mode == MINIMUM:
+            continue
+        if item.level == BETWEEN_SAMPLES and (not apart or item.end_ps - t0 <= wp.int64(1)):
+            wp.atomic_min(near_out, slot, step)
+            continue
+        if leaf and item.level == INSIDE_PIECE and whole_step and roots.mode != MINIMUM:
+            wp.atomic_add(result_out, TRIANGLE_TESTS, wp.int64(2))
+            if touch_at(path, chains.pairs, forest, pair, item, t0):
+                wp.atomic_min(result_out, BEST, sample_key(t0, roots.period_ps, pair))
+            elif touch_at(path, chains.pairs, forest, pair, item, item.end_ps):
+                wp.atomic_min(result_out, BEST, sample_key(item.end_ps, roots.period_ps, pair))
+            elif roots.mode == AT_ALL_TIMES:
+                item.level = BETWEEN_SAMPLES
+                stack[top] = item
+                top += 1
+            continue
+        if top + 2 > STACK:
+            wp.atomic_add(result_out, OVERFLOWS, wp.int64(1))
+            break
+        if leaf or (apart and not whole_step):
+            # The later half lies lower, so that time runs forwards; a half that the gaps at hand
+            # already prove is not pushed.
+            later = leaves_chord(path, chains.sides, forest, motion, pair, item, view.later)
+            earlier = leaves_chord(path, chains.sides, forest, motion, pair, item, view.earlier)
+            if not apart or wp.min(aim.gap, gap1) <= later + free:
+                stack[top] = half_of(item, True, view.middle_ps)
+                top += 1
+            if not apart or wp.min(gap0, aim.gap) <= earlier + free:
+                stack[top] = half_of(item, False, view.middle_ps)
+                top += 1
+        else:
+            stack[top] = child_of(forest, item, True)
+            stack[top + 1] = child_of(forest, item, False)
+            top += 2
+    wp.atomic_add(result_out, ITEMS, items)

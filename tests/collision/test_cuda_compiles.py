@@ -1,0 +1,47 @@
+"""Every kernel module compiles for CUDA, on machines without a GPU too."""
+
+from __future__ import annotations
+
+import pkgutil
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+import warp as wp
+
+import gcodesim.collision
+
+ARCHITECTURES = [75, 90]  # Turing and Hopper: the oldest that Warp supports, and a current one
+
+
+def kernel_modules() -> list[str]:
+    names = [
+        f"gcodesim.collision.{m.name}" for m in pkgutil.iter_modules(gcodesim.collision.__path__)
+    ]
+    return [
+        name
+        for name in names
+        if any(
+            isinstance(item, wp.Kernel) and item.module.name == name
+            for item in vars(import_module(name)).values()
+        )
+    ]
+
+
+def test_there_are_kernels_to_compile() -> None:
+    assert {"gcodesim.collision.exhaustive", "gcodesim.collision.triangles"} <= {*kernel_modules()}
+
+
+@pytest.mark.parametrize("name", kernel_modules())
+def test_module_compiles_for_cuda(name: str, tmp_path: Path) -> None:
+    wp.compile_aot_module(
+        import_module(name), device=None, arch=ARCHITECTURES, module_dir=tmp_path, use_ptx=True
+    )
+    kernels = [k for k in vars(import_module(name)).values() if isinstance(k, wp.Kernel)]
+    written = sorted(tmp_path.rglob("*.ptx"))
+    assert len(written) == len(ARCHITECTURES)
+    for file in written:
+        text = file.read_text()
+        for kernel in kernels:
+            if kernel.module.name == name:
+                assert f"{kernel.key}_" in text

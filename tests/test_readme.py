@@ -1,0 +1,106 @@
+"""README: its commands work, its output is the real one, its tables are whole."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from gcodesim.cli import main
+from gcodesim.report.json_report import SCHEMA
+from gcodesim.report.text import CONTRACT as REPORTED
+from gcodesim.verdict import CONTRACT
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+SETUP = re.findall(r"^```sh\n(.*?)```$", README, re.MULTILINE | re.DOTALL)
+RUNS = re.findall(r"^```console\n\$ gcodesim (.*?)\n(.*?)```$", README, re.MULTILINE | re.DOTALL)
+ROWS = re.findall(r"^\| `gcodesim ?(.*?)` \| .* \| (.*) ?\|$", README, re.MULTILINE)
+
+
+def commands(
+    command: click.Command = main, path: tuple[str, ...] = ()
+) -> Iterator[tuple[tuple[str, ...], click.Command]]:
+    """Yield every command with its path; groups only when they have options of their own."""
+    if options(command) or not isinstance(command, click.Group):
+        yield path, command
+    if isinstance(command, click.Group):
+        for name, below in command.commands.items():
+            yield from commands(below, (*path, name))
+
+
+def options(command: click.Command) -> set[str]:
+    """Long options of a command."""
+    given = [option for p in command.params if isinstance(p, click.Option) for option in p.opts]
+    return {option for option in given if option.startswith("--")}
+
+
+def words(usage: str) -> tuple[str, ...]:
+    """The command words of a usage line: ``machine show`` of ``machine show M.yaml``."""
+    return tuple(word for word in usage.split() if word.isalpha() and word.islower())
+
+
+def test_two_setup_commands_of_one_line_each() -> None:
+    assert len(SETUP) == 2
+    for command in SETUP:
+        assert command.count("\n") == 1
+        assert command.startswith("python3 -m venv .venv && .venv/bin/pip install -q ")
+    assert "gcodesim check samples/part.nc" in SETUP[0]
+    assert "pytest" in SETUP[1]
+
+
+def test_ci_runs_the_test_command_of_the_readme() -> None:
+    assert SETUP[1].strip() in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+
+
+def test_the_sample_of_the_setup_command_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    args = shlex.split(SETUP[0].rpartition("gcodesim ")[2])
+    result = CliRunner().invoke(main, args)
+    assert result.exit_code == 0, result.output
+    assert result.stdout.startswith("PASS  samples/part.nc on table_tilt")
+
+
+def test_the_shown_run_prints_what_the_readme_shows(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    assert len(RUNS) == 1
+    for command, shown in RUNS:
+        result = CliRunner().invoke(main, [*shlex.split(command), "--device", "cpu"])
+        assert result.exit_code == 1
+        assert result.stdout == shown
+
+
+def test_the_contract_is_the_same_everywhere() -> None:
+    assert f"**{CONTRACT}**" in README
+    help_text = CliRunner().invoke(main, ["--help"]).stdout
+    assert CONTRACT in " ".join(help_text.split())
+    assert REPORTED is CONTRACT
+    assert all(f"  {CONTRACT}\n" in shown for _, shown in RUNS)
+
+
+def test_every_command_and_option_is_documented_and_no_other() -> None:
+    documented = {words(usage): set(re.findall(r"--[a-z-]+", row)) for usage, row in ROWS}
+    assert documented == {path: options(command) for path, command in commands()}
+
+
+def test_every_option_is_explained_and_no_other() -> None:
+    explained = re.findall(r"^\| `(--[a-z-]+)[^|]*` \|", README, re.MULTILINE)
+    assert sorted(explained) == sorted({o for _, command in commands() for o in options(command)})
+
+
+def test_every_choice_is_named() -> None:
+    for _, command in commands():
+        for parameter in command.params:
+            if isinstance(parameter.type, click.Choice):
+                for choice in parameter.type.choices:
+                    assert f"`{choice}`" in README, f"{parameter.name}: {choice}"
+
+
+@pytest.mark.parametrize("path", sorted(set(re.findall(r"`([\w.]+/[\w./]*)`", README))))
+def test_files_that_are_named_exist(path: str) -> None:
+    assert (ROOT / path).exists() or path == SCHEMA
