@@ -27,7 +27,8 @@ class Options:
         feed: feed until the first F word [mm/min].
         period_ps: sample period [ps].
         device: auto | cpu | cuda | cuda:N.
-        method: exhaustive | paper.
+        method: search | exhaustive | paper.
+        between: prove the time between samples too (method search).
         block_delete: leave out blocks that begin with /.
     """
 
@@ -35,7 +36,8 @@ class Options:
     feed: float | None = None
     period_ps: int = DEFAULT_PERIOD_PS
     device: str = "auto"
-    method: str = "exhaustive"
+    method: str = "search"
+    between: bool = True
     block_delete: bool = False
 
 
@@ -87,7 +89,15 @@ def check_program(
 
         device = resolve_device(options.device)
     with watch.time("search"):
-        task = Task(path, machine, options.period_ps, device, options.method, progress)
+        task = Task(
+            path,
+            machine,
+            options.period_ps,
+            device,
+            options.method,
+            options.between and options.method == "search",
+            progress,
+        )
         detection = detect(task)
 
     contact = None
@@ -111,7 +121,7 @@ def check_program(
         blocks=meaning.blocks,
         first_contact=contact,
         findings=(*meaning.findings, *machine.findings, *findings),
-        coverage=evidence.coverage(detection, machine, meaning),
+        coverage=evidence.coverage(detection, machine, meaning, task.between),
         work=detection.work.as_report,
         timing_s=watch.seconds,
     )

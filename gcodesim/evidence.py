@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gcodesim.collision.detector import Contact, Detection
-from gcodesim.constants import PS_PER_S
-from gcodesim.findings import Finding
+from gcodesim.collision.detector import Detection
+from gcodesim.collision.events import Contact
+from gcodesim.constants import PS_PER_S, SLACK_MM
+from gcodesim.findings import CONTAINMENT_UNDECIDED, Finding
 from gcodesim.machine.model import Machine
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.path import Path
@@ -24,7 +25,6 @@ def first_contact(contact: Contact, path: Path, lines: Sequence[str]) -> FirstCo
     """The first contact in terms of the program: block, line and axis positions."""
     line = _line_at(contact, path)
     positions = path.positions(np.array([contact.time_ps]))[0]
-    tools = [s.tool for s in tool_spans(path) if s.start_ps <= contact.time_ps <= s.end_ps]
     point = contact.point
     return FirstContact(
         sample=contact.sample,
@@ -36,16 +36,22 @@ def first_contact(contact: Contact, path: Path, lines: Sequence[str]) -> FirstCo
         line=line,
         block=_block(lines, line),
         axes={name: float(q) for name, q in zip(path.joints, positions, strict=True)},
-        tool=tools[0] if tools else None,
+        tool=_tool_at(contact, path),
+        between_samples=contact.between,
+        distance_mm=contact.distance,
     )
 
 
 def contact_finding(contact: Contact, first: FirstContact) -> Finding:
     """The finding that goes with the first contact."""
     what = "touches" if contact.triangles else "is inside, or around,"
+    if contact.between and contact.distance > SLACK_MM:
+        what = f"comes within {contact.distance:.3g} mm of"
     where = "at the start" if contact.appears and not contact.time_ps else "here"
     if contact.appears and contact.time_ps:
         where = "as soon as the tool is in the spindle"
+    if contact.between:
+        where = "between two samples"
     message = f"{_part_name(contact, 0)} {what} {_part_name(contact, 1)} {where}"
     return Finding(
         _contact_code(contact),
@@ -69,16 +75,18 @@ def detection_findings(detection: Detection, machine: Machine) -> list[Finding]:
     for pair, part in detection.undecided:
         message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
         text = (pair.a, pair.b)
-        found.append(Finding("GC501", message, "containment_undecided", pair=text))
+        found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
     return found
 
 
-def coverage(detection: Detection, machine: Machine, meaning: Interpretation) -> Coverage:
+def coverage(
+    detection: Detection, machine: Machine, meaning: Interpretation, between: bool
+) -> Coverage:
     """What was checked and what was not."""
     pairs = [pair for pair in machine.pairs if pair in detection.checked]
     return Coverage(
         pairs=tuple((pair.a, pair.b) for pair in pairs),
-        between_samples=False,
+        between_samples=between,
         unsupported=meaning.unsupported,
         ignored=meaning.ignored,
         uncertified=tuple(
@@ -93,6 +101,13 @@ def coverage(detection: Detection, machine: Machine, meaning: Interpretation) ->
 def placed(finding: Finding, file: str, lines: Sequence[str]) -> Finding:
     """The finding with the file and the text of its block filled in."""
     return replace(finding, file=file, block=_block(lines, finding.line or 0))
+
+
+def _tool_at(contact: Contact, path: Path) -> int | None:
+    """Tool in the spindle: the new one where its appearing is the contact."""
+    if contact.appears:
+        return contact.span.tool
+    return next(span.tool for span in tool_spans(path) if contact.time_ps <= span.end_ps)
 
 
 def _line_at(contact: Contact, path: Path) -> int:
@@ -112,6 +127,8 @@ def _part_name(contact: Contact, side: int) -> str:
 
 
 def _contact_code(contact: Contact) -> str:
+    if contact.between:
+        return "GC107"
     if contact.appears:
         return "GC106"
     roles = set(contact.roles)

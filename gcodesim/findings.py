@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 FAIL, INCONCLUSIVE, NOTED = "fail", "inconclusive", "noted"
 
+CONTAINMENT_UNDECIDED = "containment_undecided"
+"""Meaning of GC501 where an open mesh leaves a question open; elsewhere GC501 is only noted."""
+
 
 @dataclass(frozen=True)
 class Code:
@@ -89,5 +92,7 @@ class Finding:
     @property
     def effect(self) -> str:
         """Effect on the verdict: fail, inconclusive or noted."""
+        if self.meaning == CONTAINMENT_UNDECIDED:
+            return INCONCLUSIVE
         effect = CODES[self.code].effect
         return FAIL if effect == NOTED and self.severity == "error" else effect

@@ -1,4 +1,4 @@
-"""The detector: from a path and a machine to the first contact, tool by tool, window by window."""
+"""The detector: from a path and a machine to the first contact, tool by tool."""
 
 from __future__ import annotations
 
@@ -6,15 +6,20 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
+from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.forest import build_forest
+from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.paper import first_contact_paper, prepare_paper
 from gcodesim.collision.poses import PathArrays, path_arrays
-from gcodesim.collision.scene import Scene, build_scene
-from gcodesim.machine.kinematics import transform, world_from_link
+from gcodesim.collision.scene import build_scene
+from gcodesim.collision.search import Searcher, Settings
+from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
+from gcodesim.constants import TOLERANCE_MM
+from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
 from gcodesim.motion.limits import position_ranges
@@ -24,29 +29,7 @@ from gcodesim.motion.samples import Instants, Span, sample_of, tool_spans, windo
 WINDOW = 16_384
 """Samples per window: long enough to amortise a launch, short enough for progress and Ctrl-C."""
 
-METHODS = ("exhaustive", "paper")
-
-
-@dataclass(frozen=True)
-class Contact:
-    """The first contact, or a containment, in terms of the machine.
-
-    Attributes:
-        appears: it is there the moment a body appears (start, tool change).
-        parts, roles: names and roles of the two parts.
-        triangles: numbers within the parts; None for a containment.
-        point: a shared point [mm], world coordinates; None for a containment.
-    """
-
-    sample: int
-    time_ps: int
-    pair: Pair
-    parts: tuple[str, str]
-    roles: tuple[str, str]
-    span: Span
-    appears: bool
-    triangles: tuple[int, int] | None = None
-    point: NDArray[np.float64] | None = None
+METHODS = ("search", "exhaustive", "paper")
 
 
 @dataclass
@@ -54,7 +37,7 @@ class Detection:
     """What the detector found and what it cost.
 
     Attributes:
-        contact: first contact, None when every sample is free.
+        contact: first contact, None when all is free.
         checked: pairs looked at.
         spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
@@ -77,6 +60,7 @@ class Task:
         period_ps: sample period [ps].
         device: resolved device name.
         method: one of METHODS.
+        between: prove the time between samples too (method search).
         progress: called with the fraction of program time done.
     """
 
@@ -85,11 +69,12 @@ class Task:
     period_ps: int
     device: str
     method: str
+    between: bool
     progress: Callable[[float], None]
 
 
 def detect(task: Task) -> Detection:
-    """Find the first contact of the path, looking at every sample and every block end.
+    """Find the first contact of the path, tool by tool.
 
     Nothing is checked where the path has no pieces.
     """
@@ -107,10 +92,9 @@ def detect(task: Task) -> Detection:
             continue
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
-        contacts = [
-            _containment(task, scene, span, detection),
-            _touch(task, scene, span, arrays, detection),
-        ]
+        place = Place(task.machine, task.path, scene, span, task.period_ps)
+        find = _search if task.method == "search" else _sample
+        contacts = [_contain(place, detection), find(task, place, arrays, detection)]
         found = [contact for contact in contacts if contact]
         if found:
             detection.contact = min(found, key=lambda c: (c.sample, c.triangles is None))
@@ -147,12 +131,41 @@ def _is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
     )
 
 
-def _touch(
-    task: Task, scene: Scene, span: Span, arrays: PathArrays, detection: Detection
-) -> Contact | None:
-    """First contact of surfaces within one stretch."""
+def _search(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
+    """First contact within one span by proof; the instant at its start is tested as it is."""
+    scene, span, path = place.scene, place.span, task.path
+    begin = Instants(
+        np.array([span.start_ps]),
+        path.piece_at(np.array([span.start_ps])),
+        np.array([sample_of(span.start_ps, task.period_ps)]),
+    )
+    hit = first_contact_exhaustive(scene, arrays, begin, detection.work)
+    if hit:
+        return place.touch(*hit, touching_triangles(scene, arrays, begin, hit[1]))
+    settings = Settings(
+        task.period_ps,
+        MODE_AT_ALL_TIMES if task.between else MODE_AT_SAMPLES,
+        (TOLERANCE_MM if task.between else 0.0,) * len(scene.pairs),
+    )
+    forest = build_forest(scene, task.machine.joints, path)
+    searcher = Searcher(scene, forest, path, arrays, task.machine.joints, settings)
+    ends = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps])
+    for first, end in searcher.chunks(int(ends[0]), int(ends[1])):
+        outcome, event = first_event(searcher, first, end, span.end_ps)
+        detection.work.add(outcome.items, outcome.triangle_tests)
+        if isinstance(event, Approach):
+            return place.approach(event)
+        if event:
+            instants = _instants_of(task, span, event[0])
+            return place.touch(*event, touching_triangles(scene, arrays, instants, event[1]))
+        task.progress(int(path.bounds_ps[end]) / path.duration_ps)
+    return None
+
+
+def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
+    """First contact within one span, looking at every sample and every block end."""
+    scene, span = place.scene, place.span
     prepared = prepare_paper(scene, _travelled(task)) if task.method == "paper" else []
-    total = max(task.path.duration_ps, 1)
     for first in windows(task.path, span, WINDOW, task.period_ps):
         instants = window(task.path, span, first, WINDOW, task.period_ps)
         if task.method == "paper":
@@ -160,9 +173,16 @@ def _touch(
         else:
             hit = first_contact_exhaustive(scene, arrays, instants, detection.work)
         if hit:
-            return _describe(task, scene, span, arrays, instants, *hit)
-        task.progress(min(1.0, (first + WINDOW) * task.period_ps / total))
+            instants = _instants_of(task, span, hit[0])
+            return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
+        done = (first + WINDOW) * task.period_ps
+        task.progress(min(1.0, done / task.path.duration_ps))
     return None
+
+
+def _instants_of(task: Task, span: Span, sample: int) -> Instants:
+    """The instants that count for one sample: block ends before it, then the sample itself."""
+    return window(task.path, span, sample, 1, task.period_ps)
 
 
 def _travelled(task: Task) -> tuple[Joint, ...]:
@@ -177,56 +197,13 @@ def _travelled(task: Task) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _describe(
-    task: Task,
-    scene: Scene,
-    span: Span,
-    arrays: PathArrays,
-    instants: Instants,
-    sample: int,
-    pair: int,
-) -> Contact:
-    """Name the triangles, the parts and the point of a contact."""
-    at_sample = instants.sample == sample
-    chosen = Instants(
-        instants.time_ps[at_sample], instants.piece[at_sample], instants.sample[at_sample]
-    )
-    touching = touching_triangles(scene, arrays, chosen, pair)
-    a, b = scene.shapes[pair]
-    (part_a, number_a), (part_b, number_b) = (
-        shape.find_triangle(number) for shape, number in zip((a, b), touching.numbers, strict=True)
-    )
-    q = task.path.positions(np.array([touching.time_ps]))[0]
-    world = world_from_link(task.machine, q)[scene.links[pair][0]]
-    return Contact(
-        sample,
-        touching.time_ps,
-        scene.pairs[pair],
-        (part_a.name, part_b.name),
-        (part_a.role, part_b.role),
-        span,
-        touching.time_ps == span.start_ps,
-        (number_a, number_b),
-        transform(world, touching.point),
-    )
-
-
-def _containment(task: Task, scene: Scene, span: Span, detection: Detection) -> Contact | None:
-    """A body inside another at the start of a stretch: a contact that surfaces do not show."""
-    q = task.path.positions(np.array([span.start_ps]))[0]
-    world = world_from_link(task.machine, q)
+def _contain(place: Place, detection: Detection) -> Contact | None:
+    """A body inside another at the start of a span: a contact that surfaces do not show."""
+    q = place.path.positions(np.array([place.span.start_ps]))[0]
+    world = world_from_link(place.machine, q)
+    scene = place.scene
     relative = [np.linalg.inv(world[a]) @ world[b] for a, b in scene.links]
     found = find_containments(scene, relative)
     detection.undecided += [(scene.pairs[c.pair], c.outer) for c in found if not c.decided]
     inside = next((c for c in found if c.decided), None)
-    if inside is None:
-        return None
-    return Contact(
-        sample_of(span.start_ps, task.period_ps),
-        span.start_ps,
-        scene.pairs[inside.pair],
-        inside.parts,
-        inside.roles,
-        span,
-        True,
-    )
+    return place.containment(inside) if inside else None

@@ -1,0 +1,101 @@
+"""Events: the first contact in terms of the machine, with its bodies, parts and place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.collision.contact import TouchingTriangles
+from gcodesim.collision.containment import Containment
+from gcodesim.collision.near import Approach
+from gcodesim.collision.scene import Scene
+from gcodesim.machine.kinematics import transform, world_from_link
+from gcodesim.machine.model import Machine, Pair
+from gcodesim.motion.path import Path
+from gcodesim.motion.samples import Span, sample_of
+
+
+@dataclass(frozen=True)
+class Contact:
+    """The first contact, a containment, or a contact between two samples.
+
+    Attributes:
+        sample: sample index it counts for.
+        parts, roles: names and roles of the two parts.
+        appears: it is there the moment a body appears (start, tool change).
+        triangles: numbers within the parts; None for a containment.
+        point: a shared or halfway point [mm], world coordinates; None for a containment.
+        between: it begins and ends between two samples, or comes within the tolerance there.
+        distance: smallest distance of such a stretch [mm].
+    """
+
+    sample: int
+    time_ps: int
+    pair: Pair
+    parts: tuple[str, str]
+    roles: tuple[str, str]
+    span: Span
+    appears: bool
+    triangles: tuple[int, int] | None = None
+    point: NDArray[np.float64] | None = None
+    between: bool = False
+    distance: float = 0.0
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where events happen: a machine on its path, one scene, one span."""
+
+    machine: Machine
+    path: Path
+    scene: Scene
+    span: Span
+    period_ps: int
+
+    def touch(self, sample: int, pair: int, found: TouchingTriangles) -> Contact:
+        """The contact of two surfaces at a sample."""
+        appears = found.time_ps == self.span.start_ps
+        named = self._named(sample, found.time_ps, pair, found.numbers, found.point)
+        return replace(named, appears=appears)
+
+    def approach(self, found: Approach) -> Contact:
+        """The contact of two surfaces between samples."""
+        nearest = found.nearest
+        sample = sample_of(found.start_ps, self.period_ps)
+        named = self._named(sample, found.start_ps, nearest.pair, nearest.numbers, nearest.point)
+        return replace(named, between=True, distance=nearest.distance)
+
+    def containment(self, found: Containment) -> Contact:
+        """The contact of a body with one that it is inside of, at the start of the span."""
+        start = self.span.start_ps
+        sample = sample_of(start, self.period_ps)
+        pair = self.scene.pairs[found.pair]
+        return Contact(sample, start, pair, found.parts, found.roles, self.span, True)
+
+    def _named(
+        self,
+        sample: int,
+        time_ps: int,
+        pair: int,
+        numbers: tuple[int, int],
+        point: NDArray[np.float64],
+    ) -> Contact:
+        a, b = self.scene.shapes[pair]
+        (part_a, number_a), (part_b, number_b) = (
+            shape.find_triangle(number) for shape, number in zip((a, b), numbers, strict=True)
+        )
+        q = self.path.positions(np.array([time_ps]))[0]
+        world = world_from_link(self.machine, q)[self.scene.links[pair][0]]
+        return Contact(
+            sample,
+            time_ps,
+            self.scene.pairs[pair],
+            (part_a.name, part_b.name),
+            (part_a.role, part_b.role),
+            self.span,
+            False,
+            (number_a, number_b),
+            transform(world, point),
+        )
