@@ -39,10 +39,12 @@ LEAST_LENGTH = wp.constant(wp.float64(1.0e-12))
 INSIDE_PIECE = wp.constant(-1)
 BETWEEN_SAMPLES = wp.constant(-2)
 
-MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM = 0, 1, 2
-AT_ALL_TIMES = wp.constant(MODE_AT_ALL_TIMES)
+MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM, MODE_APPROACH = 0, 1, 2, 3
+AT_SAMPLES = wp.constant(MODE_AT_SAMPLES)
 MINIMUM = wp.constant(MODE_MINIMUM)
-"""Prove samples only; prove the time between them too; or find the smallest distance instead."""
+APPROACH = wp.constant(MODE_APPROACH)
+"""Prove samples only; prove the time between them too; or, contacts apart, find the smallest
+distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
 """The smallest distance is found to this [mm]; finer costs time with the square root."""
@@ -63,8 +65,8 @@ class RootArrays:
     start_ps: wp.array[wp.int64]
     end_ps: wp.array[wp.int64]
     period_ps: wp.int64
-    free_mm: wp.array[wp.float64]  # pair -> a proof must leave more than this
-    mode: wp.int32  # AT_SAMPLES, AT_ALL_TIMES or MINIMUM
+    free_mm: wp.array[wp.float64]  # pair -> a proof must leave more than this; < 0: left out
+    mode: wp.int32  # see MODE_AT_SAMPLES and its neighbours
     first_pair: wp.int32  # pair of the first column of threads
     per_root: wp.int32  # 1: near_out and distance_out have an entry per root, else per pair
 
@@ -107,6 +109,21 @@ class View:
     b1: Pose
     middle_ps: wp.int64
     cut_ps: wp.int64
+
+
+@wp.struct
+class Proof:
+    """Gaps of an item along its direction at start, middle and end, and what they prove.
+
+    `apart` = the middle is free; `free` = the whole stretch is; `distance` = of two leaves.
+    """
+
+    gap0: wp.float64
+    gap: wp.float64
+    gap1: wp.float64
+    distance: wp.float64
+    apart: wp.bool
+    free: wp.bool
 
 
 @wp.struct
@@ -296,6 +313,89 @@ def root_item(forest: ForestArrays, roots: RootArrays, root: wp.int32, pair: wp.
     return item
 
 
+@wp.func
+def prove(
+    path: PathArrays,
+    chains: Chains,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    view: View,
+    free: wp.float64,
+):
+    """Aim at an item and try to prove its whole stretch free."""
+    proof = Proof()
+    leaving = leaves_chord(path, chains.sides, forest, motion, pair, item, view.whole)
+    aim = aim_item(forest, item, view, free + wp.float64(2.0) * leaving)
+    proof.distance = aim.distance
+    proof.gap = aim.gap
+    proof.apart = aim.gap > free
+    if proof.apart:
+        n = view.a_middle.R * aim.n
+        proof.gap0 = side_gap(forest, item.a, item.b, view.a0, view.b0, n)
+        proof.gap1 = side_gap(forest, item.a, item.b, view.a1, view.b1, n)
+        proof.free = wp.min(proof.gap0, proof.gap1) > leaving + free
+    return proof
+
+
+@wp.func
+def push_halves(
+    path: PathArrays,
+    chains: Chains,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    view: View,
+    proof: Proof,
+    free: wp.float64,
+    stack: wp.array[Item],
+    top: wp.int32,
+):
+    """Push the halves in time that the gaps at hand leave unproved; the new top of the stack.
+
+    The later half lies lower, so that time runs forwards.
+    """
+    later = leaves_chord(path, chains.sides, forest, motion, pair, item, view.later)
+    earlier = leaves_chord(path, chains.sides, forest, motion, pair, item, view.earlier)
+    if not proof.apart or wp.min(proof.gap, proof.gap1) <= later + free:
+        stack[top] = half_of(item, True, view.middle_ps)
+        top += 1
+    if not proof.apart or wp.min(proof.gap0, proof.gap) <= earlier + free:
+        stack[top] = half_of(item, False, view.middle_ps)
+        top += 1
+    return top
+
+
+@wp.func
+def timed(path: PathArrays, motion: MotionArrays, item: Item):
+    """An item with the times of its stretch filled in; a run of one piece becomes that piece."""
+    result = item
+    if item.level >= 0:
+        result.start_ps = path.bounds_ps[item.piece]
+        result.end_ps = path.bounds_ps[wp.min(item.piece + (1 << item.level), motion.end)]
+        result.level = wp.where(item.level == 0, INSIDE_PIECE, item.level)
+    return result
+
+
+@wp.func
+def touch_ends(
+    path: PathArrays,
+    pairs: ChainArrays,
+    forest: ForestArrays,
+    pair: wp.int32,
+    item: Item,
+    period: wp.int64,
+):
+    """Key of the first touch of two leaves at the ends of one sample step, -1 for none."""
+    if touch_at(path, pairs, forest, pair, item, item.start_ps):
+        return sample_key(item.start_ps, period, pair)
+    if touch_at(path, pairs, forest, pair, item, item.end_ps):
+        return sample_key(item.end_ps, period, pair)
+    return wp.int64(-1)
+
+
 @wp.kernel
 def search_roots(
     path: PathArrays,
@@ -315,84 +415,65 @@ def search_roots(
     root, column = wp.tid()
     pair = roots.first_pair + column
     slot = wp.where(roots.per_root == 1, root, pair)
+    period = roots.period_ps
     free = roots.free_mm[pair]
+    if free < wp.float64(0.0):
+        return
     stack = wp.zeros(shape=(STACK,), dtype=Item)
     stack[0] = root_item(forest, roots, root, pair)
     top = wp.int32(1)
     items = wp.int64(0)
     while top > 0:
         top -= 1
-        item = stack[top]
-        if item.piece >= motion.end:
+        if stack[top].piece >= motion.end:
             continue
-        if item.level >= 0:
-            item.start_ps = path.bounds_ps[item.piece]
-            item.end_ps = path.bounds_ps[wp.min(item.piece + (1 << item.level), motion.end)]
-        if item.level == 0:
-            item.level = INSIDE_PIECE
-        t0 = item.start_ps
-        if sample_key(t0, roots.period_ps, pair) >= result_out[BEST]:
+        item = timed(path, motion, stack[top])
+        start = item.start_ps
+        if sample_key(start, period, pair) >= result_out[BEST]:
             continue
-        step = wp.max(path.bounds_ps[item.piece], (t0 / roots.period_ps) * roots.period_ps)
-        if item.level == BETWEEN_SAMPLES and near_out[slot] <= step:
+        step = wp.max(path.bounds_ps[item.piece], (start / period) * period)
+        behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
+        if behind and near_out[slot] <= step:
             continue
         if roots.mode == MINIMUM:
             free = distance_out[slot] - MINIMUM_GOOD_TO
         items += wp.int64(1)
-
-        # A direction, and the proof along it.
         view = View()
         if item.level > 0:
             view = view_run(motion, pair, item)
         else:
-            view = view_part(path, chains.sides, motion, pair, item, roots.period_ps)
-        leaf = forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
-        leaving = leaves_chord(path, chains.sides, forest, motion, pair, item, view.whole)
-        aim = aim_item(forest, item, view, free + wp.float64(2.0) * leaving)
+            view = view_part(path, chains.sides, motion, pair, item, period)
+        proof = prove(path, chains, forest, motion, pair, item, view, free)
         if roots.mode == MINIMUM:
-            wp.atomic_min(distance_out, slot, aim.distance)
-        apart = aim.gap > free
-        gap0 = wp.float64(-1.0)
-        gap1 = wp.float64(-1.0)
-        if apart:
-            n = view.a_middle.R * aim.n
-            gap0 = side_gap(forest, item.a, item.b, view.a0, view.b0, n)
-            gap1 = side_gap(forest, item.a, item.b, view.a1, view.b1, n)
-            if wp.min(gap0, gap1) > leaving + free:
-                continue
-
-        # What cannot be proved: settled where nothing is left to split, else split.
-        whole_step = item.level < 0 and view.cut_ps == t0
-        if leaf and item.end_ps - t0 <= wp.int64(1) and roots.mode == MINIMUM:
+            wp.atomic_min(distance_out, slot, proof.distance)
+        if proof.free:
             continue
-        if item.level == BETWEEN_SAMPLES and (not apart or item.end_ps - t0 <= wp.int64(1)):
+
+        leaf = forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
+        one_step = item.level < 0 and view.cut_ps == start
+        if leaf and one_step and item.level == INSIDE_PIECE and roots.mode != MINIMUM:
+            # Two triangles over one sample step: the exact test, then the time between.
+            if roots.mode != APPROACH:
+                wp.atomic_add(result_out, TRIANGLE_TESTS, wp.int64(2))
+                key = touch_ends(path, chains.pairs, forest, pair, item, period)
+                if key >= wp.int64(0):
+                    wp.atomic_min(result_out, BEST, key)
+                if key >= wp.int64(0) or roots.mode == AT_SAMPLES:
+                    continue
+            item.level = BETWEEN_SAMPLES
+        instant = item.end_ps - start <= wp.int64(1)
+        if item.level == BETWEEN_SAMPLES and (instant or not proof.apart):
             wp.atomic_min(near_out, slot, step)
             continue
-        if leaf and item.level == INSIDE_PIECE and whole_step and roots.mode != MINIMUM:
-            wp.atomic_add(result_out, TRIANGLE_TESTS, wp.int64(2))
-            if touch_at(path, chains.pairs, forest, pair, item, t0):
-                wp.atomic_min(result_out, BEST, sample_key(t0, roots.period_ps, pair))
-            elif touch_at(path, chains.pairs, forest, pair, item, item.end_ps):
-                wp.atomic_min(result_out, BEST, sample_key(item.end_ps, roots.period_ps, pair))
-            elif roots.mode == AT_ALL_TIMES:
-                item.level = BETWEEN_SAMPLES
-                stack[top] = item
-                top += 1
+        if leaf and instant:
             continue
         if top + 2 > STACK:
             wp.atomic_add(result_out, OVERFLOWS, wp.int64(1))
             break
-        if leaf or (apart and not whole_step):
-            # The later half lies lower, so that time runs forwards; a half that the gaps at hand
-            # already prove is not pushed.
-            later = leaves_chord(path, chains.sides, forest, motion, pair, item, view.later)
-            earlier = leaves_chord(path, chains.sides, forest, motion, pair, item, view.earlier)
-            if not apart or wp.min(aim.gap, gap1) <= later + free:
-                stack[top] = half_of(item, True, view.middle_ps)
-                top += 1
-            if not apart or wp.min(gap0, aim.gap) <= earlier + free:
-                stack[top] = half_of(item, False, view.middle_ps)
-                top += 1
+        if leaf or (proof.apart and not one_step):
+            top = push_halves(
+                path, chains, forest, motion, pair, item, view, proof, free, stack, top
+            )
         else:
             stack[top] = child_of(forest, item, True)
             stack[top + 1] = child_of(forest, item, False)
