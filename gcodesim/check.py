@@ -29,6 +29,10 @@ class Options:
         device: auto | cpu | cuda | cuda:N.
         method: search | exhaustive | paper.
         between: prove the time between samples too (method search).
+        clearance: replaces the clearance of every pair [mm] (method search).
+        minimum: find the smallest distance of every pair (method search).
+        stop_all: list every contact, not only the first (method search).
+        audit: check again with nothing left out, and compare (method search).
         block_delete: leave out blocks that begin with /.
     """
 
@@ -38,6 +42,10 @@ class Options:
     device: str = "auto"
     method: str = "search"
     between: bool = True
+    clearance: float | None = None
+    minimum: bool = False
+    stop_all: bool = False
+    audit: bool = False
     block_delete: bool = False
 
 
@@ -84,30 +92,31 @@ def check_program(
     with watch.time("start"):
         # Imported late: Warp takes a while to start, and a wrong option must not wait for it.
         from gcodesim import evidence
+        from gcodesim.audit import audit
         from gcodesim.collision.detector import Task, detect
         from gcodesim.collision.device import resolve_device
+        from gcodesim.collision.span_search import Aims
 
         device = resolve_device(options.device)
     with watch.time("search"):
-        task = Task(
-            path,
-            machine,
-            options.period_ps,
-            device,
-            options.method,
-            options.between and options.method == "search",
-            progress,
+        searches = options.method == "search"
+        aims = Aims(
+            between=options.between and searches,
+            clearance=options.clearance,
+            minimum=options.minimum,
+            stop_all=options.stop_all,
         )
+        task = Task(path, machine, options.period_ps, device, options.method, aims, progress)
         detection = detect(task)
+    if options.audit:
+        with watch.time("audit"):
+            findings += audit(task, detection)
 
-    contact = None
-    if detection.contact is not None:
-        contact = evidence.first_contact(detection.contact, path, meaning.lines)
-        findings.append(evidence.contact_finding(detection.contact, contact))
-    findings += evidence.detection_findings(detection, machine)
+    findings += evidence.all_contact_findings(detection, path)
+    findings += evidence.detection_findings(detection, machine, path)
     if not len(path):
         findings.append(Finding("GC430", "the program moves no axis", "no_motion"))
-    findings = [evidence.placed(finding, name, meaning.lines) for finding in findings]
+    lines, contact = meaning.lines, detection.contact
     return CheckResult(
         program=name,
         machine=machine.name,
@@ -119,9 +128,16 @@ def check_program(
         samples=sample_count(path, options.period_ps) if len(path) else 0,
         duration_s=path.duration_s,
         blocks=meaning.blocks,
-        first_contact=contact,
-        findings=(*meaning.findings, *machine.findings, *findings),
-        coverage=evidence.coverage(detection, machine, meaning, task.between),
+        first_contact=evidence.first_contact(contact, path, lines) if contact else None,
+        findings=(
+            *meaning.findings,
+            *machine.findings,
+            *(evidence.placed(finding, name, lines) for finding in findings),
+        ),
+        coverage=evidence.coverage(detection, machine, meaning, aims.between, searches),
+        contacts=evidence.contacts(detection),
+        clearances=evidence.clearances(detection, path),
+        left_out=evidence.left_out(detection, machine, path) if searches else (),
         work=detection.work.as_report,
         timing_s=watch.seconds,
     )

@@ -123,6 +123,21 @@ def main() -> None:
     help="Prove the time between the samples too (method search).",
 )
 @click.option(
+    "--clearance",
+    type=click.FloatRange(min=0),
+    metavar="MM",
+    help="Distance every pair must keep, instead of what the machine file says.",
+)
+@click.option("--min-clearance", is_flag=True, help="Report how near every pair comes, and where.")
+@click.option(
+    "--stop",
+    type=click.Choice(["first", "all"]),
+    default="first",
+    show_default=True,
+    help="Stop at the first contact, or list every stretch of contact.",
+)
+@click.option("--audit", is_flag=True, help="Check again with nothing left out, and compare.")
+@click.option(
     "--device",
     default="auto",
     show_default=True,
@@ -146,6 +161,7 @@ def main() -> None:
 @click.option("--no-color", is_flag=True, help="No colours; NO_COLOR does the same.")
 def check(programs: tuple[str, ...], **given: Any) -> None:
     """Check PROGRAMs: does the machine hit itself? `-` reads standard input."""
+    _refuse_search_options(given)
     from gcodesim.check import Options, check_program
     from gcodesim.machine.loading import load_machine
 
@@ -162,6 +178,10 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
         device=given["device"],
         method=given["method"],
         between=given["between_samples"] == "on",
+        clearance=given["clearance"],
+        minimum=given["min_clearance"],
+        stop_all=given["stop"] == "all",
+        audit=given["audit"],
         block_delete=given["block_delete"],
     )
     results, codes = [], []
@@ -246,6 +266,19 @@ def schema(kind: str) -> None:
     from gcodesim.machine.describe import schema_json
 
     click.echo(json.dumps(schema_json(kind), indent=2))
+
+
+def _refuse_search_options(given: dict[str, Any]) -> None:
+    """Only the method search knows distances: its options must not be dropped in silence."""
+    asked = {
+        "--clearance": given["clearance"] is not None,
+        "--min-clearance": given["min_clearance"],
+        "--stop all": given["stop"] == "all",
+        "--audit": given["audit"],
+    }
+    wrong = [option for option, is_given in asked.items() if is_given]
+    if wrong and given["method"] != "search":
+        raise UsageError(f"{wrong[0]} needs --method search, not {given['method']}")
 
 
 def _machine_path(machine: str | None, setup: str | None) -> str:

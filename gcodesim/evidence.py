@@ -7,16 +7,27 @@ from dataclasses import replace
 
 import numpy as np
 
+from gcodesim.collision.bounds import travelled
+from gcodesim.collision.clearance import Nearness
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.events import Contact
+from gcodesim.collision.intervals import Interval
+from gcodesim.collision.leave_out import LeftOut as Item
+from gcodesim.collision.leave_out import still_axes
 from gcodesim.constants import PS_PER_S, SLACK_MM
 from gcodesim.findings import CONTAINMENT_UNDECIDED, Finding
-from gcodesim.machine.model import Machine
+from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans
 from gcodesim.nc.interpreter import Interpretation
-from gcodesim.verdict import Coverage, FirstContact
+from gcodesim.verdict import (
+    ContactInterval,
+    Coverage,
+    FirstContact,
+    LeftOut,
+    SmallestDistance,
+)
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 
@@ -64,8 +75,8 @@ def contact_finding(contact: Contact, first: FirstContact) -> Finding:
     )
 
 
-def detection_findings(detection: Detection, machine: Machine) -> list[Finding]:
-    """Findings about what the detector could not decide."""
+def detection_findings(detection: Detection, machine: Machine, path: Path) -> list[Finding]:
+    """Findings about clearances, and about what the detector could not decide."""
     found = [_shapeless(span, machine) for span in detection.missing]
     used = [table_entry(machine, span.tool) for span in detection.spans]
     for number, tool in sorted({tool.number: tool for tool in used if tool}.items()):
@@ -76,11 +87,92 @@ def detection_findings(detection: Detection, machine: Machine) -> list[Finding]:
         message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
         text = (pair.a, pair.b)
         found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
+    for pair, near in (entry for span in detection.findings for entry in span.too_near):
+        found.append(_too_near(pair, near, path))
+    if any(span.overflows for span in detection.findings):
+        message = "the search ran out of stack: some stretches of time are not decided"
+        found.append(Finding("GC901", message, "search_undecided"))
     return found
 
 
+def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
+    message = (
+        f"{pair.a} comes to {near.distance:.6g} mm of {pair.b}; "
+        f"the clearance asked for is {near.limit:g} mm"
+    )
+    return Finding(
+        "GC201",
+        message,
+        "clearance",
+        line=_line(path, near.time_ps) or None,
+        time_s=near.time_ps / PS_PER_S,
+        pair=(pair.a, pair.b),
+        severity=pair.severity,
+    )
+
+
+def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:
+    """A finding for the first contact, and with --stop all one for every later interval."""
+    first = detection.contact
+    if first is None:
+        return []
+    later = [c for interval, c in _intervals(detection) if interval.start_ps > first.time_ps]
+    return [contact_finding(c, first_contact(c, path, ())) for c in (first, *later)]
+
+
+def contacts(detection: Detection) -> tuple[ContactInterval, ...]:
+    """All contact intervals, in the order of time."""
+    return tuple(
+        ContactInterval(
+            (contact.pair.a, contact.pair.b),
+            interval.start_ps / PS_PER_S,
+            interval.end_ps / PS_PER_S,
+            interval.deepest,
+            interval.deepest_ps / PS_PER_S,
+            interval.between,
+        )
+        for interval, contact in _intervals(detection)
+    )
+
+
+def _intervals(detection: Detection) -> list[tuple[Interval, Contact]]:
+    return [entry for span in detection.findings for entry in span.intervals]
+
+
+def clearances(detection: Detection, path: Path) -> tuple[SmallestDistance, ...]:
+    """The smallest distance of every pair, over all spans."""
+    smallest: dict[Pair, Nearness] = {}
+    for pair, near in (entry for span in detection.findings for entry in span.minimums):
+        if pair not in smallest or near.distance < smallest[pair].distance:
+            smallest[pair] = near
+    return tuple(
+        SmallestDistance(
+            (pair.a, pair.b),
+            near.distance,
+            near.time_ps / PS_PER_S,
+            _line(path, near.time_ps),
+        )
+        for pair, near in smallest.items()
+    )
+
+
+def left_out(detection: Detection, machine: Machine, path: Path) -> tuple[LeftOut, ...]:
+    """Pairs, axes and bodies that were not looked at."""
+    items = [item for span in detection.findings for item in span.left_out]
+    names = {item.what for item in items}
+    items += still_axes(travelled(machine.joints, path)) if len(path) else []
+    needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
+    for name in sorted(set(machine.bodies) - needed):
+        items.append(Item(f"body {name}", "no pair that is left needs it"))
+    return tuple(LeftOut(**vars(item)) for item in items)
+
+
 def coverage(
-    detection: Detection, machine: Machine, meaning: Interpretation, between: bool
+    detection: Detection,
+    machine: Machine,
+    meaning: Interpretation,
+    between: bool,
+    searches: bool,
 ) -> Coverage:
     """What was checked and what was not."""
     pairs = [pair for pair in machine.pairs if pair in detection.checked]
@@ -92,7 +184,7 @@ def coverage(
         uncertified=tuple(
             f"clearance {pair.clearance:g} mm of {pair.name}: this method only tells contact"
             for pair in pairs
-            if pair.clearance > 0.0
+            if pair.clearance > 0.0 and not searches
         ),
         unchecked_by_rule=machine.unchecked_by_rule,
     )
@@ -112,9 +204,11 @@ def _tool_at(contact: Contact, path: Path) -> int | None:
 
 def _line_at(contact: Contact, path: Path) -> int:
     """Line of the block in force; the tool change, or 0, where a body appears."""
-    if contact.appears:
-        return contact.span.line
-    return int(path.line[path.piece_at(np.array([contact.time_ps]))[0]])
+    return contact.span.line if contact.appears else _line(path, contact.time_ps)
+
+
+def _line(path: Path, time_ps: int) -> int:
+    return int(path.line[path.piece_at(np.array([time_ps]))[0]])
 
 
 def _block(lines: Sequence[str], line: int) -> str:

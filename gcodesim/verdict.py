@@ -61,6 +61,39 @@ class Coverage:
 
 
 @dataclass(frozen=True)
+class ContactInterval:
+    """A stretch of program time in which a pair touches; deepest vertex and when (--stop all)."""
+
+    pair: tuple[str, str]
+    from_s: float
+    to_s: float
+    deepest_mm: float
+    deepest_at_s: float
+    between_samples: bool = False
+
+
+@dataclass(frozen=True)
+class SmallestDistance:
+    """The smallest distance of a pair in the whole program (--min-clearance)."""
+
+    pair: tuple[str, str]
+    minimum_mm: float
+    time_s: float
+    line: int
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Something that was not looked at, and the margin that proves it; see the report schema."""
+
+    what: str
+    why: str
+    bound_mm: float
+    margin_mm: float
+    saved_tests: int
+
+
+@dataclass(frozen=True)
 class CheckResult:
     """Everything a report shows about one program."""
 
@@ -77,6 +110,9 @@ class CheckResult:
     first_contact: FirstContact | None
     findings: tuple[Finding, ...]
     coverage: Coverage
+    contacts: tuple[ContactInterval, ...] = ()
+    clearances: tuple[SmallestDistance, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
     work: dict[str, int] = field(default_factory=dict)
     timing_s: dict[str, float] = field(default_factory=dict)
 

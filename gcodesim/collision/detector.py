@@ -11,20 +11,16 @@ from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
 from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
-from gcodesim.collision.forest import build_forest
-from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.paper import first_contact_paper, prepare_paper
 from gcodesim.collision.poses import PathArrays, path_arrays
 from gcodesim.collision.scene import build_scene
-from gcodesim.collision.search import Searcher, Settings
-from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
-from gcodesim.constants import TOLERANCE_MM
+from gcodesim.collision.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
 from gcodesim.motion.limits import position_ranges
 from gcodesim.motion.path import Path
-from gcodesim.motion.samples import Instants, Span, sample_of, tool_spans, window, windows
+from gcodesim.motion.samples import Instants, Span, tool_spans, window, windows
 
 WINDOW = 16_384
 """Samples per window: long enough to amortise a launch, short enough for progress and Ctrl-C."""
@@ -42,6 +38,7 @@ class Detection:
         spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
         undecided: open parts for which containment cannot be decided, with their pair.
+        findings: what the search found per span besides the first contact.
     """
 
     contact: Contact | None = None
@@ -49,6 +46,7 @@ class Detection:
     spans: list[Span] = field(default_factory=list)
     missing: list[Span] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
+    findings: list[SpanFindings] = field(default_factory=list)
     work: Work = field(default_factory=Work)
 
 
@@ -60,7 +58,7 @@ class Task:
         period_ps: sample period [ps].
         device: resolved device name.
         method: one of METHODS.
-        between: prove the time between samples too (method search).
+        aims: what the method search is asked for.
         progress: called with the fraction of program time done.
     """
 
@@ -69,7 +67,7 @@ class Task:
     period_ps: int
     device: str
     method: str
-    between: bool
+    aims: Aims
     progress: Callable[[float], None]
 
 
@@ -93,13 +91,22 @@ def detect(task: Task) -> Detection:
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
         place = Place(task.machine, task.path, scene, span, task.period_ps)
-        find = _search if task.method == "search" else _sample
-        contacts = [_contain(place, detection), find(task, place, arrays, detection)]
-        found = [contact for contact in contacts if contact]
-        if found:
-            detection.contact = min(found, key=lambda c: (c.sample, c.triangles is None))
+        if task.method == "search":
+            contact, findings = search_span(place, arrays, task.aims, detection.work, task.progress)
+            detection.findings.append(findings)
+        else:
+            contact = _sample(task, place, arrays, detection)
+        inside = _contain(place, detection)
+        found = [c for c in (inside, contact, detection.contact) if c]
+        detection.contact = min(found, key=_order) if found else None
+        if detection.contact and not task.aims.stop_all:
             break
     return detection
+
+
+def _order(contact: Contact) -> tuple[int, bool]:
+    """Earlier first; of one sample, surfaces before containments."""
+    return contact.sample, contact.triangles is None
 
 
 def _spans_by_body(task: Task) -> list[Span]:
@@ -129,37 +136,6 @@ def _is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
         name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)
         for name, wanted in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
     )
-
-
-def _search(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
-    """First contact within one span by proof; the instant at its start is tested as it is."""
-    scene, span, path = place.scene, place.span, task.path
-    begin = Instants(
-        np.array([span.start_ps]),
-        path.piece_at(np.array([span.start_ps])),
-        np.array([sample_of(span.start_ps, task.period_ps)]),
-    )
-    hit = first_contact_exhaustive(scene, arrays, begin, detection.work)
-    if hit:
-        return place.touch(*hit, touching_triangles(scene, arrays, begin, hit[1]))
-    settings = Settings(
-        task.period_ps,
-        MODE_AT_ALL_TIMES if task.between else MODE_AT_SAMPLES,
-        (TOLERANCE_MM if task.between else 0.0,) * len(scene.pairs),
-    )
-    forest = build_forest(scene, task.machine.joints, path)
-    searcher = Searcher(scene, forest, path, arrays, task.machine.joints, settings)
-    ends = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps])
-    for first, end in searcher.chunks(int(ends[0]), int(ends[1])):
-        outcome, event = first_event(searcher, first, end, span.end_ps)
-        detection.work.add(outcome.items, outcome.triangle_tests)
-        if isinstance(event, Approach):
-            return place.approach(event)
-        if event:
-            instants = _instants_of(task, span, event[0])
-            return place.touch(*event, touching_triangles(scene, arrays, instants, event[1]))
-        task.progress(int(path.bounds_ps[end]) / path.duration_ps)
-    return None
 
 
 def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:

@@ -7,14 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.contact import TouchingTriangles
+from gcodesim.collision.contact import TouchingTriangles, touching_triangles
 from gcodesim.collision.containment import Containment
+from gcodesim.collision.intervals import Interval
 from gcodesim.collision.near import Approach
+from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.scene import Scene
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.motion.path import Path
-from gcodesim.motion.samples import Span, sample_of
+from gcodesim.motion.samples import Instants, Span, sample_of
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,22 @@ class Place:
         sample = sample_of(found.start_ps, self.period_ps)
         named = self._named(sample, found.start_ps, nearest.pair, nearest.numbers, nearest.point)
         return replace(named, between=True, distance=nearest.distance)
+
+    def interval(self, found: Interval, arrays: PathArrays) -> Contact:
+        """The contact with which an interval of contact begins."""
+        time = np.array([found.start_ps])
+        sample = sample_of(found.start_ps, self.period_ps)
+        if found.between:
+            pair = self.scene.pairs[found.pair]
+            a, b = self.scene.shapes[found.pair]
+            roles = (a.parts[0].role, b.parts[0].role)
+            names = (pair.a, pair.b)
+            return Contact(
+                sample, found.start_ps, pair, names, roles, self.span, False, between=True
+            )
+        instants = Instants(time, self.path.piece_at(time), np.array([sample]))
+        touching = touching_triangles(self.scene, arrays, instants, found.pair)
+        return self.touch(sample, found.pair, touching)
 
     def containment(self, found: Containment) -> Contact:
         """The contact of a body with one that it is inside of, at the start of the span."""

@@ -59,10 +59,12 @@ class Approach:
 
     Attributes:
         start_ps: when the distance first falls to the tolerance.
+        end_ps: end of the last near sample step.
         nearest: the smallest distance reached, and when.
     """
 
     start_ps: int
+    end_ps: int
     nearest: Nearest
 
 
@@ -143,8 +145,9 @@ def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -
                 return None
             end_ps = int(times[ends[0]])
             break
-    begin = _first_instant(searcher, pair, start_ps, first_end)
-    return Approach(begin, _nearest_in(searcher, pair, start_ps, max(end_ps, first_end)))
+    begin = first_instant(searcher, pair, start_ps, first_end)
+    end_ps = max(end_ps, first_end)
+    return Approach(begin, end_ps, _nearest_in(searcher, pair, start_ps, end_ps))
 
 
 def _look(
@@ -169,7 +172,7 @@ def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[n
         start_ps = stop
 
 
-def _first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> int:
+def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> int:
     """First time within a near sample step at which the distance is down to the tolerance [ps]."""
     for _ in range(HALVINGS):
         middle = (start_ps + end_ps) // 2
@@ -219,6 +222,13 @@ def first_event(
         end_ps: how far a near stretch may be followed, the end of the span.
     """
     outcome = searcher.search_pieces(first, end)
+    return outcome, event_of(searcher, outcome, end_ps)
+
+
+def event_of(
+    searcher: Searcher, outcome: Outcome, end_ps: int
+) -> tuple[int, int] | Approach | None:
+    """The first event of a search of all pairs; near stretches are followed up to `end_ps`."""
     touch = None
     if outcome.best < NO_CONTACT:
         touch = outcome.best >> PAIR_BITS, outcome.best & ((1 << PAIR_BITS) - 1)
@@ -229,5 +239,5 @@ def first_event(
     ]
     found = [approach for approach in between if approach]
     if found:
-        return outcome, min(found, key=lambda f: (f.start_ps, f.nearest.pair))
-    return outcome, touch
+        return min(found, key=lambda f: (f.start_ps, f.nearest.pair))
+    return touch

@@ -34,6 +34,8 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "tolerance_mm": TOLERANCE_MM,
         "slack_mm": SLACK_MM,
         "first_contact": _first_contact(result),
+        "contacts": [asdict(interval) for interval in result.contacts],
+        "clearances": [asdict(distance) for distance in result.clearances],
         "findings": _findings(result.findings),
         "coverage": {
             key: [list(v) if isinstance(v, tuple) else v for v in value]
@@ -41,7 +43,7 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
             else value
             for key, value in asdict(result.coverage).items()
         },
-        "left_out": [],
+        "left_out": [asdict(item) for item in result.left_out],
         "work": result.work,
         "timing_s": {stage: round(seconds, 6) for stage, seconds in result.timing_s.items()},
     }

@@ -54,6 +54,7 @@ def _body(result: CheckResult) -> Iterator[Text]:
         yield from _finding(finding)
         if first and _tells(finding, first):
             yield from _contact(first)
+    yield from map(Text, _listed(result))
     yield from map(Text, _checked(result))
     for title, entries in _gaps(result):
         if entries:
@@ -106,6 +107,25 @@ def _contact(first: FirstContact) -> Iterator[Text]:
         numbers = first.triangles or ()
         named = [f"triangle {n} of {p}" for n, p in zip(numbers, first.parts, strict=False)]
         yield Text(f"    point  {point}  ({', '.join(['world frame', *named])})")
+
+
+def _listed(result: CheckResult) -> Iterator[str]:
+    """Yield what was asked for besides the first contact: all contacts, smallest distances."""
+    for interval in result.contacts:
+        kind = " between samples" if interval.between_samples else ""
+        yield (
+            f"  contact {'-'.join(interval.pair)}{kind}: {interval.from_s:.6f} to "
+            f"{interval.to_s:.6f} s, deepest {interval.deepest_mm:.4g} mm at "
+            f"{interval.deepest_at_s:.6f} s"
+        )
+    for nearest in sorted(result.clearances, key=lambda n: n.minimum_mm):
+        yield (
+            f"  nearest {'-'.join(nearest.pair)}: {nearest.minimum_mm:.6f} mm at "
+            f"{nearest.time_s:.6f} s, line {nearest.line}"
+        )
+    for item in result.left_out:
+        margin = f", {item.margin_mm:.4g} mm to spare" if item.margin_mm else ""
+        yield f"  left out {item.what}: {item.why}{margin}"
 
 
 def _checked(result: CheckResult) -> Iterator[str]:

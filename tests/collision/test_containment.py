@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import trimesh
+from collision.detecting import detected
 from collision.scenes import Array, Scene, box, joint, machine, path
 
 from gcodesim.collision.containment import contains, shell_vertices, winding_number
-from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.detector import Detection
 from gcodesim.machine.model import Part
 
 AT_REST = np.eye(4)
@@ -28,8 +29,7 @@ def resting(
 
 
 def run(scene: Scene, method: str = "exhaustive") -> Detection:
-    task = Task(scene.path, scene.machine, 100_000_000, "cpu", method, lambda done: None)
-    return detect(task)
+    return detected(scene.machine, scene.path, method=method)
 
 
 def hollow(size: Array) -> Array:

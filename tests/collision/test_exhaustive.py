@@ -7,6 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from collision.detecting import detected
 from collision.exact import label
 from collision.families import generate
 from collision.scenes import (
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision import detector
 from gcodesim.collision import scene as scene_module
-from gcodesim.collision.detector import Contact, Task, detect
+from gcodesim.collision.events import Contact
 from gcodesim.collision.regions import build_regions, snapped
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
@@ -39,7 +40,7 @@ Answer = tuple[int, tuple[str, str], tuple[int, int], int]
 def first(
     m: Machine, p: Path, device: str, method: str = "exhaustive", period_ps: int = PERIOD_PS
 ) -> Contact | None:
-    return detect(Task(p, m, period_ps, device, method, lambda done: None)).contact
+    return detected(m, p, period_ps, device, method).contact
 
 
 def sample_and_pair(contact: Contact | None) -> tuple[int, tuple[str, str]] | None:
@@ -242,7 +243,7 @@ def test_contact_at_the_very_end_is_seen(device: str) -> None:
 
 
 def test_a_path_without_pieces_is_not_checked(device: str) -> None:
-    found = detect(Task(slider_path(), slider(), PERIOD_PS, device, "exhaustive", lambda f: None))
+    found = detected(slider(), slider_path(), device=device)
     assert found.contact is None
     assert not found.checked
 

@@ -6,6 +6,7 @@ from math import ceil
 
 import numpy as np
 import pytest
+from collision.detecting import detected
 from collision.scenes import (
     SAMPLED,
     Scene,
@@ -16,7 +17,7 @@ from collision.scenes import (
     flip_within_a_sample,
 )
 
-from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.detector import Detection
 from gcodesim.constants import DEFAULT_PERIOD_PS
 
 PHASES = 5
@@ -29,7 +30,7 @@ def run(
     device: str = "cpu",
     method: str = "exhaustive",
 ) -> Detection:
-    return detect(Task(scene.path, scene.machine, period_ps, device, method, lambda done: None))
+    return detected(scene.machine, scene.path, period_ps, device, method)
 
 
 def found_sample(*args: object, **kwargs: object) -> int | None:

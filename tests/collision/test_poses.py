@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import warp as wp
 from collision.exact_angles import exact_sincosd
-from collision.scenes import Array, machine, path, random_joints, random_path
+from collision.scenes import Array, joint, machine, path, random_joints, random_path
 
 from gcodesim.collision.device import BIT_EQUAL
 from gcodesim.collision.poses import (
@@ -14,6 +14,7 @@ from gcodesim.collision.poses import (
     PathArrays,
     chain_arrays,
     joint_position,
+    joints_between,
     pair_pose,
     path_arrays,
     path_fraction_at,
@@ -143,3 +144,20 @@ def test_pair_poses_equal_forward_kinematics(
             pose = np.linalg.inv(world[a]) @ world[b]
             np.testing.assert_allclose(rotations.numpy()[:, k], pose[:, :3, :3], atol=1e-14)
             np.testing.assert_allclose(shifts.numpy()[:, k], pose[:, :3, 3], rtol=0, atol=1e-11)
+
+
+def test_only_the_joints_between_two_links_count() -> None:
+    # bed - Y - A - C carries the table, bed - X - Z the spindle.
+    tree = [("Y", "bed"), ("A", "link Y"), ("C", "link A"), ("X", "bed"), ("Z", "link X")]
+    joints = tuple(joint(n, [0, 0, 1], parent, f"link {n}") for n, parent in tree)
+
+    def between(a: str, b: str) -> str:
+        chain = joints_between(joints, a, b)
+        return " ".join(f"{'-+'[sign > 0]}{joints[column].name}" for column, sign in chain)
+
+    assert between("link Z", "link C") == "-Z -X +Y +A +C"
+    assert between("link C", "link A") == "-C"
+    assert between("link Y", "link C") == "+A +C"
+    assert between("bed", "link A") == "+Y +A"
+    assert between("link C", "bed") == "-C -A -Y"
+    assert between("link A", "link A") == ""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from collision.detecting import detected
 from collision.scenes import BED_MOVER, box, joint, machine, path
 
-from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.detector import Detection
 from gcodesim.evidence import contact_finding, first_contact
 from gcodesim.machine.model import Machine, Part, Tool, ToolMount
-from gcodesim.motion.path import ToolChange
+from gcodesim.motion.path import Path, ToolChange
 
 JOINTS = [joint("Z", [0, 0, 1])]
 SAMPLE_PS = 1_000_000_000
@@ -40,14 +41,12 @@ def spindle(lengths: dict[int, float], for_all: bool = False) -> Machine:
     )
 
 
-def run(m: Machine, stops: list[float], changes: list[tuple[int, int]]) -> tuple[Detection, Task]:
+def run(m: Machine, stops: list[float], changes: list[tuple[int, int]]) -> tuple[Detection, Path]:
     """One sample per stop; changes are (before piece, number)."""
     p = path(JOINTS, [0.0], [(1e-3, [z]) for z in stops])
     lined = tuple(ToolChange(piece, number, number + 1) for piece, number in changes)
-    task = Task(
-        replace(p, tool_changes=lined), m, SAMPLE_PS, "cpu", "exhaustive", lambda done: None
-    )
-    return detect(task), task
+    p = replace(p, tool_changes=lined)
+    return detected(m, p, SAMPLE_PS), p
 
 
 def test_each_stretch_is_checked_with_its_own_tool() -> None:
@@ -56,27 +55,27 @@ def test_each_stretch_is_checked_with_its_own_tool() -> None:
     free, _ = run(m, [-10, -26, 0], [(0, 1)])
     assert free.contact is None
     assert not free.missing[1:]
-    found, task = run(m, [-26, 0, -4, -26, 0], [(0, 1), (2, 2)])
+    found, p = run(m, [-26, 0, -4, -26, 0], [(0, 1), (2, 2)])
     assert found.contact is not None
     assert (found.contact.sample, found.contact.appears) == (4, False)
-    assert first_contact(found.contact, task.path, LINES).tool == 2
+    assert first_contact(found.contact, p, LINES).tool == 2
 
 
 def test_a_tool_that_appears_in_contact_is_named_with_its_block() -> None:
-    found, task = run(spindle({1: 20.0, 2: 45.0}), [-26, 0], [(0, 1), (1, 2)])
+    found, p = run(spindle({1: 20.0, 2: 45.0}), [-26, 0], [(0, 1), (1, 2)])
     assert found.contact is not None
     assert (found.contact.sample, found.contact.appears) == (1, True)
-    told = first_contact(found.contact, task.path, LINES)
+    told = first_contact(found.contact, p, LINES)
     assert (told.tool, told.line, told.block, told.axes) == (2, 3, "T2 M6", {"Z": -26.0})
     finding = contact_finding(found.contact, told)
     assert (finding.code, finding.tool) == ("GC106", 2)
 
 
 def test_a_tool_changed_after_the_last_move_is_looked_at() -> None:
-    found, task = run(spindle({1: 20.0, 3: 45.0}), [-26], [(0, 1), (1, 3)])
+    found, p = run(spindle({1: 20.0, 3: 45.0}), [-26], [(0, 1), (1, 3)])
     assert found.contact is not None
     assert (found.contact.sample, found.contact.appears) == (1, True)
-    assert first_contact(found.contact, task.path, LINES).tool == 3
+    assert first_contact(found.contact, p, LINES).tool == 3
 
 
 def test_a_tool_without_a_shape_leaves_its_stretch_unchecked() -> None:

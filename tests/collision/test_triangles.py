@@ -47,6 +47,17 @@ def test_vertices_on_the_grid_of_the_detector_lose_nothing(device: str) -> None:
     count_false_alarms(triangles_intersect(a, b, device), a, b, 1)
 
 
+@pytest.mark.parametrize("reach", [1, 2, 5])
+def test_degenerate_integer_triangles_are_judged_exactly(reach: int, device: str) -> None:
+    rng = np.random.default_rng(reach)
+    a, b = rng.integers(-reach, reach + 1, (2, 3000, 3, 3)).astype(np.float64)
+    kind = rng.integers(0, 7, 3000)
+    for t, lines, points in ((a, (1, 3), (4, 6)), (b, (2, 3), (5, 6))):
+        t[np.isin(kind, lines), 2] = 2 * t[np.isin(kind, lines), 1] - t[np.isin(kind, lines), 0]
+        t[np.isin(kind, points)] = t[np.isin(kind, points), :1]
+    np.testing.assert_array_equal(triangles_intersect(a, b, device), label(a, b))
+
+
 def test_counterexamples_of_other_tests(device: str) -> None:
     a, b = (np.array([getattr(c, side) for c in COUNTEREXAMPLES]) for side in "ab")
     expected = [c.intersects for c in COUNTEREXAMPLES]

@@ -99,6 +99,12 @@ def test_a_long_dwell_costs_no_windows() -> None:
     assert firsts[-1] + 64 > sample_of(p.duration_ps, DEFAULT_PERIOD_PS)
 
 
+def test_a_dwell_at_the_start_is_looked_at_when_it_begins_and_ends() -> None:
+    p = planned({"kind": Kind.DWELL, "f": 0.01}, {"kind": Kind.FEED, "to": (1e-3,), "f": 60_000})
+    found = window(p, tool_spans(p)[0], 0, 1000, DEFAULT_PERIOD_PS)
+    assert found.sample.tolist() == [0, 100, 101]
+
+
 @pytest.mark.parametrize(
     ("time_ps", "sample"), [(0, 0), (1, 1), (10**8, 1), (10**8 + 1, 2), (9 * 10**18, 9 * 10**10)]
 )

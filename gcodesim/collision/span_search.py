@@ -1,0 +1,170 @@
+"""One span of program time by the search: contacts, clearances, and what was left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gcodesim.collision.bounds import travelled
+from gcodesim.collision.clearance import LEFT_OUT, Nearness, nearest_of_all, too_near
+from gcodesim.collision.contact import touching_triangles
+from gcodesim.collision.events import Contact, Place
+from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
+from gcodesim.collision.forest import build_forest
+from gcodesim.collision.intervals import Interval, contact_intervals
+from gcodesim.collision.leave_out import LeftOut, pairs_out_of_reach
+from gcodesim.collision.near import Approach, first_event
+from gcodesim.collision.poses import PathArrays
+from gcodesim.collision.search import Searcher, Settings
+from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
+from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
+from gcodesim.machine.model import Pair
+from gcodesim.motion.samples import Instants, sample_count, sample_of, window
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What a search is asked for.
+
+    Attributes:
+        between: prove the time between samples too.
+        clearance: replaces the clearance of every pair [mm]; None = as the machine file says.
+        minimum: find the smallest distance of every pair.
+        stop_all: list every contact instead of stopping at the first.
+        leave_out: leave out what the program cannot need.
+    """
+
+    between: bool = True
+    clearance: float | None = None
+    minimum: bool = False
+    stop_all: bool = False
+    leave_out: bool = True
+
+    def clearance_of(self, pair: Pair) -> float:
+        """Clearance of a pair [mm]."""
+        return pair.clearance if self.clearance is None else self.clearance
+
+
+@dataclass
+class SpanFindings:
+    """What the search of one span found besides the first contact.
+
+    Attributes:
+        too_near: pairs nearer than their clearance.
+        minimums: smallest distances asked for.
+        intervals: all contacts, with --stop all.
+        left_out: pairs left out.
+        overflows: roots that could not be decided; never an answer.
+    """
+
+    too_near: list[tuple[Pair, Nearness]] = field(default_factory=list)
+    minimums: list[tuple[Pair, Nearness]] = field(default_factory=list)
+    intervals: list[tuple[Interval, Contact]] = field(default_factory=list)
+    left_out: list[LeftOut] = field(default_factory=list)
+    overflows: int = 0
+
+
+def search_span(
+    place: Place,
+    arrays: PathArrays,
+    aims: Aims,
+    work: Work,
+    progress: Callable[[float], None],
+) -> tuple[Contact | None, SpanFindings]:
+    """Search one span: its first contact, and what else was asked for."""
+    findings = SpanFindings()
+    span, path = place.span, place.path
+    begin = Instants(
+        np.array([span.start_ps]),
+        path.piece_at(np.array([span.start_ps])),
+        np.array([sample_of(span.start_ps, place.period_ps)]),
+    )
+    hit = first_contact_exhaustive(place.scene, arrays, begin, work)
+    contact = None
+    if hit:
+        contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
+        if not aims.stop_all:
+            return contact, findings
+    searcher = _searcher(place, arrays, aims, findings)
+    first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
+    if contact is None:
+        contact = _first_contact(place, searcher, (first, end), work, findings, progress)
+    best = NO_CONTACT
+    if contact is not None:
+        pair = place.scene.pairs.index(contact.pair)
+        best = (contact.sample << PAIR_BITS) + pair
+    _look_at_clearances(place, searcher, aims, (first, end, best), findings)
+    if aims.stop_all and contact is not None:
+        findings.intervals = [
+            (interval, place.interval(interval, searcher.arrays))
+            for interval in contact_intervals(searcher, span)
+        ]
+    return contact, findings
+
+
+def _searcher(place: Place, arrays: PathArrays, aims: Aims, findings: SpanFindings) -> Searcher:
+    """The searcher of a span, with pairs that never meet left out."""
+    scene, joints = place.scene, place.machine.joints
+    tolerance = TOLERANCE_MM if aims.between else 0.0
+    free = [tolerance] * len(scene.pairs)
+    if aims.leave_out:
+        needed = [max(tolerance, aims.clearance_of(pair)) for pair in scene.pairs]
+        samples = sample_count(place.path, place.period_ps)
+        apart = pairs_out_of_reach(scene, travelled(joints, place.path), needed, samples)
+        findings.left_out = list(apart.values())
+        for pair in apart:
+            free[pair] = LEFT_OUT
+    mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
+    settings = Settings(place.period_ps, mode, tuple(free))
+    forest = build_forest(scene, joints, place.path)
+    return Searcher(scene, forest, place.path, arrays, joints, settings)
+
+
+def _first_contact(
+    place: Place,
+    searcher: Searcher,
+    pieces: tuple[int, int],
+    work: Work,
+    findings: SpanFindings,
+    progress: Callable[[float], None],
+) -> Contact | None:
+    path, span = place.path, place.span
+    for first, end in searcher.chunks(*pieces):
+        outcome, event = first_event(searcher, first, end, span.end_ps)
+        work.add(outcome.items, outcome.triangle_tests)
+        findings.overflows += outcome.overflows
+        if isinstance(event, Approach):
+            return place.approach(event)
+        if event:
+            instants = window(path, span, event[0], 1, place.period_ps)
+            touching = touching_triangles(place.scene, searcher.arrays, instants, event[1])
+            return place.touch(*event, touching)
+        progress(int(path.bounds_ps[end]) / path.duration_ps)
+    return None
+
+
+def _look_at_clearances(
+    place: Place,
+    searcher: Searcher,
+    aims: Aims,
+    stretch: tuple[int, int, int],
+    findings: SpanFindings,
+) -> None:
+    """Clearances that are not kept, and the smallest distances if asked for."""
+    first, end, best = stretch
+    if first == end:
+        return
+    pairs = place.scene.pairs
+    kept = searcher.settings.free_mm
+    asked = [
+        aims.clearance_of(p) if free >= 0.0 else 0.0 for p, free in zip(pairs, kept, strict=True)
+    ]
+    findings.too_near = [
+        (pairs[near.pair], near) for near in too_near(searcher, asked, first, end, best)
+    ]
+    if aims.minimum:
+        findings.minimums = [
+            (pairs[near.pair], near) for near in nearest_of_all(searcher, first, end, best)
+        ]
