@@ -27,13 +27,14 @@ def audit(task: Task, detection: Detection) -> list[Finding]:
     for span in full.findings:
         for pair, near in span.minimums:
             smallest[pair.name] = min(near.distance, smallest.get(pair.name, near.distance))
-    for item in items:
-        distance = smallest.get(item.what)
-        if distance is not None and distance < item.bound_mm + item.margin_mm - GOOD_TO_MM:
+    pairs = [item for item in items if item.what in smallest]
+    for item in pairs:
+        distance = smallest[item.what]
+        if distance < item.bound_mm + item.margin_mm - GOOD_TO_MM:
             wrong.append(f"{item.what} comes to {distance:.6g} mm, left out with {item.margin_mm}")
     if wrong:
         return [Finding("GC901", f"audit disagrees: {text}", "audit_disagrees") for text in wrong]
-    text = f"audit: the same answer with nothing left out; {len(items)} margins confirmed"
+    text = f"audit: the same answer with nothing left out; {len(pairs)} pair margins hold"
     return [Finding("GC430", text, "audit_agrees")]
 
 

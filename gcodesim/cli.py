@@ -241,6 +241,62 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
     sys.exit(EXIT_CODES.get(next((e for e in (FAIL, INCONCLUSIVE) if e in effects), "pass"), 0))
 
 
+@main.command()
+@click.argument("program")
+@click.option(
+    "--machine",
+    "machine_path",
+    default="table_tilt",
+    show_default=True,
+    metavar="M.yaml",
+    help="Machine file, or the name of a shipped machine.",
+)
+@click.option(
+    "--device",
+    default="auto",
+    show_default=True,
+    metavar="auto|cpu|cuda[:N]",
+    help="Where to compute; the paper's tables are measured on the CPU too.",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    default=600.0,
+    show_default=True,
+    help="Least machine time of the long search: the motion is repeated until then.",
+)
+@click.option(
+    "--paper-samples",
+    type=click.IntRange(min=1, max=100_000),
+    default=50,
+    show_default=True,
+    metavar="N",
+    help="Samples at which the paper's method is timed.",
+)
+@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", metavar="FILE", help="Write all figures as rows.")
+def bench(program: str, json_path: str | None, csv_path: str | None, **given: Any) -> None:
+    """Measure this machine with PROGRAM: the seed paper's tables, every stage, the search."""
+    from rich.console import Console
+
+    from gcodesim.report.bench_report import print_bench, write_csv
+    from gcodesim.study.bench import BenchOptions
+    from gcodesim.study.bench import bench as measure
+
+    options = BenchOptions(
+        program, given["machine_path"], given["device"], given["seconds"], given["paper_samples"]
+    )
+    with _progress(program, False) as progress:
+        report = measure(options, progress)
+    print_bench(report, Console(highlight=False, soft_wrap=True))
+    if json_path:
+        with open(json_path, "w", encoding="utf-8") as out:
+            out.write(json.dumps(report, indent=1) + "\n")
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_csv(report, out)
+
+
 @main.group()
 def machine() -> None:
     """Look at machine files."""

@@ -158,8 +158,11 @@ def clearances(detection: Detection, path: Path) -> tuple[SmallestDistance, ...]
 
 def left_out(detection: Detection, machine: Machine, path: Path) -> tuple[LeftOut, ...]:
     """Pairs, axes and bodies that were not looked at."""
-    items = [item for span in detection.findings for item in span.left_out]
-    names = {item.what for item in items}
+    smallest: dict[str, Item] = {}
+    for item in (item for span in detection.findings for item in span.left_out):
+        known = smallest.setdefault(item.what, item)
+        smallest[item.what] = min(known, item, key=lambda i: i.margin_mm)
+    items, names = list(smallest.values()), set(smallest)
     items += still_axes(travelled(machine.joints, path)) if len(path) else []
     needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
     for name in sorted(set(machine.bodies) - needed):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -17,6 +18,9 @@ from gcodesim.collision.scene import Scene
 from gcodesim.motion.samples import Instants
 
 wp.set_module_options(BIT_EQUAL)
+
+PROJECTIONS = 100
+"""Alternating projections towards the nearest points of two triangles."""
 
 NUMBER_BITS = wp.constant(wp.int64(32))
 
@@ -86,7 +90,8 @@ def touching_triangles(
     """
     device = scene.device
     shapes = [shape.regions for shape in scene.shapes[pair]]
-    ordered = [regions.triangles[np.argsort(regions.order)] for regions in shapes]
+    ranks = [np.argsort(regions.order) for regions in shapes]
+    ordered = [regions.triangles[rank] for regions, rank in zip(shapes, ranks, strict=True)]
     on_device = [wp.array(t, dtype=wp.mat33d, device=device) for t in ordered]
     for time_ps, piece in zip(instants.time_ps.tolist(), instants.piece.tolist(), strict=True):
         lowest = wp.full(1, NO_CONTACT, dtype=wp.int64, device=device)
@@ -102,17 +107,54 @@ def touching_triangles(
         if key == NO_CONTACT:
             continue
         i, j = key >> 32, key & 0xFFFFFFFF
-        posed = wp.zeros(1, dtype=wp.mat33d, device=device)
-        wp.launch(
-            pose_one_triangle,
-            dim=1,
-            inputs=[*pose_inputs, on_device[1][j : j + 1]],
-            outputs=[posed],
-            device=device,
-        )
-        point = common_point(ordered[0][i], posed.numpy()[0])
-        return TouchingTriangles(time_ps, (i, j), point)
+        posed = posed_row(scene, path, pair, piece, time_ps, on_device[1][j : j + 1])
+        point = common_point(ordered[0][i], posed)
+        numbers = [int(s.order[r[k]]) for s, r, k in zip(shapes, ranks, (i, j), strict=True)]
+        return TouchingTriangles(time_ps, (numbers[0], numbers[1]), point)
     raise ValueError("the pair touches at none of the instants")
+
+
+def posed_row(
+    scene: Scene, path: PathArrays, pair: int, piece: int, time_ps: int, triangle: Any
+) -> NDArray[np.float64]:
+    """One triangle of b, given as a device array of one row, in the frame of a, shape (3, 3)."""
+    posed = wp.zeros(1, dtype=wp.mat33d, device=scene.device)
+    wp.launch(
+        pose_one_triangle,
+        dim=1,
+        inputs=[path, scene.chains, pair, piece, time_ps, triangle],
+        outputs=[posed],
+        device=scene.device,
+    )
+    return np.asarray(posed.numpy()[0])
+
+
+def halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Point halfway between two triangles, by alternating projections: for people, not exact."""
+    p = a.mean(axis=0)
+    q = p
+    for _ in range(PROJECTIONS):
+        q = _project(b, p)
+        p = _project(a, q)
+    return np.asarray((p + q) / 2.0)
+
+
+def _project(t: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Point of a triangle nearest to x: the foot of x if it lies inside, else on an edge."""
+    normal = np.cross(t[1] - t[0], t[2] - t[0])
+    area = float(normal @ normal)
+    candidates = []
+    if area > 0.0:
+        foot = x - ((x - t[0]) @ normal) / area * normal
+        sides = [np.cross(t[(k + 1) % 3] - t[k], foot - t[k]) @ normal for k in range(3)]
+        if min(sides) >= 0.0:
+            return np.asarray(foot)
+    for k in range(3):
+        edge = t[(k + 1) % 3] - t[k]
+        length = float(edge @ edge)
+        part = np.clip((x - t[k]) @ edge / length, 0.0, 1.0) if length > 0.0 else 0.0
+        candidates.append(t[k] + part * edge)
+    return np.asarray(min(candidates, key=lambda c: float((c - x) @ (c - x))))
 
 
 def common_point(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

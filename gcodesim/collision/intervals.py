@@ -211,7 +211,8 @@ def _with_depth(searcher: Searcher, interval: Interval) -> Interval:
 def _depth(searcher: Searcher, pair: int, time_ps: int) -> float:
     """Largest depth of a vertex of either body inside the other [mm]."""
     scene = searcher.scene
-    shapes = [shape.regions.triangles for shape in scene.shapes[pair]]
+    # Inside and outside need the whole closed bodies, whatever was left out of the search.
+    shapes = [np.concatenate([p.triangles for p in s.parts]) for s in scene.shapes[pair]]
     piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
     deepest = 0.0
     for own, other, of_a in ((shapes[1], shapes[0], 0), (shapes[0], shapes[1], 1)):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.poses import joints_between
 from gcodesim.collision.reach import sweep
-from gcodesim.collision.scene import Scene
+from gcodesim.collision.scene import Scene, restricted
 from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 
@@ -64,6 +64,41 @@ def pairs_out_of_reach(
     return found
 
 
+def without_far_triangles(
+    scene: Scene, joints: tuple[Joint, ...], needed: Sequence[float]
+) -> tuple[Scene, list[LeftOut]]:
+    """The scene without the regions that never come near any partner of their body.
+
+    Args:
+        scene: the pairs.
+        joints: with the travel of the program as their limits.
+        needed: per pair, the distance that must be proved [mm].
+    """
+    nearest: dict[int, NDArray[np.float64]] = {}
+    shapes = {id(s): s for pair in scene.shapes for s in pair}
+    for index, (pair, links) in enumerate(zip(scene.shapes, scene.links, strict=True)):
+        for own, other in ((0, 1), (1, 0)):
+            boxes = pair[own].regions.boxes
+            chain = joints_between(joints, links[other], links[own])
+            partner = pair[other].regions.box[None]
+            # Counted from the distance that must be proved, so that pairs can be compared.
+            spare = _distances(partner, sweep(boxes, joints, chain)).min(axis=0)
+            spare = spare - needed[index] - SLACK_MM
+            key = id(pair[own])
+            nearest[key] = np.minimum(nearest.get(key, spare), spare)
+    keep, items = {}, []
+    for key, spare in nearest.items():
+        # One region stays, so that no body is empty: its pairs are left out as pairs.
+        keep[key] = (spare <= 0.0) | (np.arange(len(spare)) == np.argmin(spare))
+        counts = np.diff(shapes[key].regions.first)
+        dropped = int(counts[~keep[key]].sum())
+        if dropped:
+            why = f"{dropped} of {counts.sum()} never come near another body"
+            margin = float(spare[~keep[key]].min())
+            items.append(LeftOut(f"triangles of {shapes[key].body}", why, max(needed), margin))
+    return restricted(scene, keep), items
+
+
 def still_axes(joints: tuple[Joint, ...]) -> list[LeftOut]:
     """Axes that the program never moves; `joints` have the travel of the program as limits."""
     return [
@@ -80,11 +115,12 @@ def reach_distance(scene: Scene, joints: tuple[Joint, ...], pair: int) -> float:
     if len(boxes_a) * len(boxes_b) > LARGEST_TABLE:
         boxes_a, boxes_b = a.regions.box[None], b.regions.box[None]
     swept = sweep(boxes_b, joints, joints_between(joints, *links))
-    return _distance(boxes_a, swept)
+    return float(_distances(boxes_a, swept).min())
 
 
-def _distance(boxes_a: NDArray[np.float64], boxes_b: NDArray[np.float64]) -> float:
+def _distances(boxes_a: NDArray[np.float64], boxes_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances of all boxes a from all boxes b, shape (a, b) [mm]."""
     apart = np.maximum(
         boxes_a[:, None, 0] - boxes_b[None, :, 1], boxes_b[None, :, 0] - boxes_a[:, None, 1]
     )
-    return float(np.linalg.norm(np.maximum(apart, 0.0), axis=2).min())
+    return np.asarray(np.linalg.norm(np.maximum(apart, 0.0), axis=2))

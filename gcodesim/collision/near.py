@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.boxes import posed_triangle, triangle_box
 from gcodesim.collision.closest import between_triangles
+from gcodesim.collision.contact import halfway, posed_row
 from gcodesim.collision.device import BIT_EQUAL
 from gcodesim.collision.exhaustive import NO_CONTACT
 from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
@@ -103,24 +104,24 @@ def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
     """Smallest distance of a pair at one instant, over all its triangles."""
     scene = searcher.scene
     shapes = [shape.regions for shape in scene.shapes[pair]]
-    ordered = [regions.triangles[np.argsort(regions.order)] for regions in shapes]
-    on_device = [wp.array(t, dtype=wp.mat33d, device=scene.device) for t in ordered]
-    vectors = wp.zeros(len(ordered[0]), dtype=wp.vec3d, device=scene.device)
-    numbers = wp.zeros(len(ordered[0]), dtype=wp.int32, device=scene.device)
+    on_device = [wp.array(s.triangles, dtype=wp.mat33d, device=scene.device) for s in shapes]
+    vectors = wp.zeros(len(shapes[0].triangles), dtype=wp.vec3d, device=scene.device)
+    numbers = wp.zeros(len(shapes[0].triangles), dtype=wp.int32, device=scene.device)
     piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
     wp.launch(
         find_nearest_triangles,
-        dim=len(ordered[0]),
+        dim=len(shapes[0].triangles),
         inputs=[searcher.arrays, scene.chains, wp.vec2i(pair, piece), time_ps, *on_device],
         outputs=[vectors, numbers],
         device=scene.device,
     )
     distances = np.linalg.norm(vectors.numpy(), axis=1)
-    a = int(np.argmin(distances))
-    centre = ordered[0][a].mean(axis=0)
-    return Nearest(
-        time_ps, pair, float(distances[a]), (a, int(numbers.numpy()[a])), np.asarray(centre)
-    )
+    i = int(np.argmin(distances))
+    j = int(numbers.numpy()[i])
+    posed = posed_row(scene, searcher.arrays, pair, piece, time_ps, on_device[1][j : j + 1])
+    point = halfway(shapes[0].triangles[i], posed)
+    order = int(shapes[0].order[i]), int(shapes[1].order[j])
+    return Nearest(time_ps, pair, float(distances[i]), order, point)
 
 
 def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Approach | None:

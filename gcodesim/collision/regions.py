@@ -32,6 +32,15 @@ class Regions:
     boxes: NDArray[np.float64]
     box: NDArray[np.float64]
 
+    def only(self, keep: NDArray[np.bool_]) -> Regions:
+        """The regions that are kept, with the numbers their triangles had before."""
+        counts = np.diff(self.first)
+        chosen = np.repeat(keep, counts)
+        first = np.concatenate([[0], np.cumsum(counts[keep])]).astype(np.int32)
+        return Regions(
+            self.triangles[chosen], self.order[chosen], first, self.boxes[keep], self.box
+        )
+
 
 def snapped(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Round coordinates to the vertex grid; the NumPy twin of `predicates.snap`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
@@ -94,6 +94,16 @@ def build_scene(
         chain_arrays(joints, list(links), device),
         _scene_arrays(shapes, device),
     )
+
+
+def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:
+    """The scene with only the regions kept of each shape; keys are ids of shapes."""
+    smaller = {
+        key: replace(shape, regions=shape.regions.only(keep[key]))
+        for key, shape in {id(s): s for pair in scene.shapes for s in pair}.items()
+    }
+    shapes = tuple((smaller[id(a)], smaller[id(b)]) for a, b in scene.shapes)
+    return replace(scene, shapes=shapes, arrays=_scene_arrays(shapes, scene.device))
 
 
 def _scene_arrays(shapes: tuple[tuple[Shape, Shape], ...], device: str) -> SceneArrays:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
 from gcodesim.collision.forest import build_forest
 from gcodesim.collision.intervals import Interval, contact_intervals
-from gcodesim.collision.leave_out import LeftOut, pairs_out_of_reach
+from gcodesim.collision.leave_out import LeftOut, pairs_out_of_reach, without_far_triangles
 from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.search import Searcher, Settings
@@ -75,6 +75,7 @@ def search_span(
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
     findings = SpanFindings()
+    place, free = _leave_out(place, aims, findings)
     span, path = place.span, place.path
     begin = Instants(
         np.array([span.start_ps]),
@@ -87,7 +88,7 @@ def search_span(
         contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
         if not aims.stop_all:
             return contact, findings
-    searcher = _searcher(place, arrays, aims, findings)
+    searcher = _searcher(place, arrays, aims, free)
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
     if contact is None:
         contact = _first_contact(place, searcher, (first, end), work, findings, progress)
@@ -104,22 +105,33 @@ def search_span(
     return contact, findings
 
 
-def _searcher(place: Place, arrays: PathArrays, aims: Aims, findings: SpanFindings) -> Searcher:
-    """The searcher of a span, with pairs that never meet left out."""
-    scene, joints = place.scene, place.machine.joints
+def _leave_out(place: Place, aims: Aims, findings: SpanFindings) -> tuple[Place, tuple[float, ...]]:
+    """The place without what cannot matter, and per pair the distance a proof must leave [mm]."""
+    scene = place.scene
     tolerance = TOLERANCE_MM if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
-    if aims.leave_out:
-        needed = [max(tolerance, aims.clearance_of(pair)) for pair in scene.pairs]
-        samples = sample_count(place.path, place.period_ps)
-        apart = pairs_out_of_reach(scene, travelled(joints, place.path), needed, samples)
-        findings.left_out = list(apart.values())
-        for pair in apart:
-            free[pair] = LEFT_OUT
+    if not aims.leave_out:
+        return place, tuple(free)
+    travels = travelled(place.machine.joints, place.path)
+    needed = [max(tolerance, aims.clearance_of(pair)) for pair in scene.pairs]
+    samples = sample_count(place.path, place.period_ps)
+    apart = pairs_out_of_reach(scene, travels, needed, samples)
+    findings.left_out = list(apart.values())
+    for pair in apart:
+        free[pair] = LEFT_OUT
+    if not aims.minimum:
+        # The smallest distance may lie between triangles that no proof of freedom needs.
+        scene, dropped = without_far_triangles(scene, travels, needed)
+        findings.left_out += dropped
+    return replace(place, scene=scene), tuple(free)
+
+
+def _searcher(place: Place, arrays: PathArrays, aims: Aims, free: tuple[float, ...]) -> Searcher:
     mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
-    settings = Settings(place.period_ps, mode, tuple(free))
-    forest = build_forest(scene, joints, place.path)
-    return Searcher(scene, forest, place.path, arrays, joints, settings)
+    settings = Settings(place.period_ps, mode, free)
+    joints = place.machine.joints
+    forest = build_forest(place.scene, joints, place.path)
+    return Searcher(place.scene, forest, place.path, arrays, joints, settings)
 
 
 def _first_contact(

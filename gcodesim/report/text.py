@@ -123,9 +123,12 @@ def _listed(result: CheckResult) -> Iterator[str]:
             f"  nearest {'-'.join(nearest.pair)}: {nearest.minimum_mm:.6f} mm at "
             f"{nearest.time_s:.6f} s, line {nearest.line}"
         )
-    for item in result.left_out:
-        margin = f", {item.margin_mm:.4g} mm to spare" if item.margin_mm else ""
-        yield f"  left out {item.what}: {item.why}{margin}"
+    if result.left_out:
+        items = [
+            f"{item.what} ({item.margin_mm:.4g} mm to spare)" if item.margin_mm else item.what
+            for item in result.left_out
+        ]
+        yield f"  left out: {', '.join(items)}"
 
 
 def _checked(result: CheckResult) -> Iterator[str]:

@@ -4,26 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
 from gcodesim.collision.forest import Forest, build_forest
 from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.poses import path_arrays
 from gcodesim.collision.scene import Scene, build_scene
 from gcodesim.collision.search import Outcome, Roots, Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES, MODE_MINIMUM
-from gcodesim.constants import PAIR_BITS, PS_PER_S, TOLERANCE_MM
+from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.errors import UsageError
 from gcodesim.machine.model import Machine
 from gcodesim.machine.spindle import bodies_in_place
 from gcodesim.motion.path import CONSTANT_SPEED, Path
-from gcodesim.motion.samples import sample_count, tool_spans
+from gcodesim.motion.samples import Span, sample_count, tool_spans, window, windows
 
 WINDOW_PS = PS_PER_S // 1000
 """Machine time of a window of the real-time question [ps]: 1 ms."""
+
+INSTANTS = 16_384
+"""Samples per launch of the exhaustive method, as the detector takes them."""
 
 
 @dataclass(frozen=True)
@@ -176,19 +179,33 @@ def search_job(searcher: Searcher) -> Answer:
     return Answer(None, None, total.items, total.triangle_tests, path.duration_ps)
 
 
-def window_search(searcher: Searcher, window: int) -> Callable[[], Outcome]:
+def exhaustive_job(searcher: Searcher) -> Answer:
+    """Look at every sample and block end of a whole job, up to its first contact."""
+    path, period_ps = searcher.path, searcher.settings.period_ps
+    span, work = Span(0, path.duration_ps, None, 0), Work()
+    for first in windows(path, span, INSTANTS, period_ps):
+        instants = window(path, span, first, INSTANTS, period_ps)
+        hit = first_contact_exhaustive(searcher.scene, searcher.arrays, instants, work)
+        if hit:
+            end_ps = min(hit[0] * period_ps, path.duration_ps)
+            pair = searcher.scene.pairs[hit[1]].name
+            return Answer(hit[0], pair, 0, int(work.counts[2]), end_ps)
+    return Answer(None, None, 0, int(work.counts[2]), path.duration_ps)
+
+
+def window_search(searcher: Searcher, number: int) -> Callable[[], Outcome]:
     """The search of one window of 1 ms, all pairs, ready to be timed.
 
     Motion tables and the first contact bound are warm, as in a control that looks ahead.
     """
     path = searcher.path
-    start = window * WINDOW_PS
+    start = number * WINDOW_PS
     end = min(start + WINDOW_PS, path.duration_ps)
     inside = path.bounds_ps[(path.bounds_ps > start) & (path.bounds_ps < end)]
     times = np.concatenate([[start], inside, [end]])
     pieces = path.piece_at(times[1:])
     roots = Roots(pieces, np.full(len(pieces), -1, np.int32), times[:-1], times[1:])
-    motion: Any = searcher.motion(int(pieces[0]), int(pieces[-1]) + 1)
+    motion = searcher.motion(int(pieces[0]), int(pieces[-1]) + 1)
     nothing = Outcome.nothing(len(searcher.scene.pairs))
     return lambda: searcher.launch(roots, motion, nothing.best, nothing.distance)
 
@@ -201,11 +218,3 @@ def clearances_at(searcher: Searcher, times_ps: NDArray[np.int64]) -> NDArray[np
     pieces = searcher.path.piece_at(times_ps)
     roots = Roots(pieces, np.full(len(pieces), -1, np.int32), times_ps, times_ps)
     return np.array([finder.search_stretches(roots, pair).distance for pair in pairs])
-
-
-def answer_of(best: tuple[int, int] | None, scene: Scene) -> tuple[int, str] | None:
-    """(sample, pair name) of a contact given by numbers."""
-    return (best[0], scene.pairs[best[1]].name) if best else None
-
-
-KEY_MASK = (1 << PAIR_BITS) - 1
