@@ -88,7 +88,9 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         text = (pair.a, pair.b)
         found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
     for pair, near in (entry for span in detection.findings for entry in span.too_near):
-        found.append(_too_near(pair, near, path))
+        # On its way into the first contact a pair is nearer than its clearance anyway.
+        if detection.contact is None or pair != detection.contact.pair:
+            found.append(_too_near(pair, near, path))
     if any(span.overflows for span in detection.findings):
         message = "the search ran out of stack: some stretches of time are not decided"
         found.append(Finding("GC901", message, "search_undecided"))

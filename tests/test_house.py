@@ -39,8 +39,11 @@ LAYERS = {
     "collision": TYPES | {"machine", "motion"},
     "report": TYPES - {"nc.program", "machine.model"},
     "evidence": TYPES | {"nc", "machine", "motion", "collision"},
-    "check": TYPES | {"nc", "machine", "motion", "collision", "evidence"},
-    "cli": TYPES | {"nc", "machine", "report", "check", "__init__"},
+    "audit": TYPES | {"collision"},
+    "check": TYPES | {"nc", "machine", "motion", "collision", "evidence", "audit"},
+    "study": TYPES | {"nc", "machine", "motion", "collision", "check", "__init__"},
+    "cli": TYPES | {"nc", "machine", "report", "check", "study", "explain", "__init__"},
+    "explain": TYPES | {"nc"},
     "__main__": {"cli"},
     "__init__": {"collision"},
 }

@@ -32,7 +32,6 @@ class Declaration:
     code: str | None
     pair: str | None
     block: str | None
-    exhaustive: bool
     options: dict
 
 
@@ -44,7 +43,7 @@ def declaration(path):
     assert match, (
         f"{path.name}: the first comment must read like (expect: FAIL GC102 cutter-A N130)"
     )
-    kinds = {"code": r"GC\d{3}", "block": r"N\d+", "pair": r"\w+-\w+", "exhaustive": "exhaustive"}
+    kinds = {"code": r"GC\d{3}", "block": r"N\d+", "pair": r"\w+-\w+"}
     given = dict.fromkeys(kinds)
     for word in match[2].split():
         kind = next((k for k, pattern in kinds.items() if re.fullmatch(pattern, word)), None)
@@ -54,18 +53,16 @@ def declaration(path):
     assert bool(given["code"]) == (match[1] != "PASS"), f"{path.name}: a code, except with PASS"
     head = "".join(text.splitlines()[:3])
     options = dict(re.findall(r"\((machine|setup|tools|period): ([\w.]+)\)", head))
-    given["exhaustive"] = bool(given["exhaustive"])
     return Declaration(match[1], options=options, **given)
 
 
-def check(path, period_ms=None):
+def check(path, **chosen):
     """The result of a sample, checked with the options it declares."""
     declared = declaration(path)
     files = {k: str(SAMPLES / v) for k, v in declared.options.items() if k in ("setup", "tools")}
     machine = load_machine(declared.options.get("machine", "table_tilt"), **files)
-    period_ms = period_ms or float(declared.options.get("period", "0.1ms").removesuffix("ms"))
-    chosen = {"method": "exhaustive"} if declared.exhaustive else {}
-    options = Options(period_ps=round(period_ms * PS_PER_MS), **chosen)
+    period_ms = float(declared.options.get("period", "0.1ms").removesuffix("ms"))
+    options = Options(**{"period_ps": round(period_ms * PS_PER_MS)} | chosen)
     return check_program(read_program(str(path)), path.name, machine, options)
 
 
@@ -80,7 +77,7 @@ def test_sample_earns_what_it_declares(path):
     declared, result = declaration(path), check(path)
     assert result.verdict == declared.verdict.lower(), result.findings
     if declared.verdict == "PASS":
-        assert not declared.exhaustive or not result.coverage.between_samples
+        assert result.coverage.between_samples
         return
     effect = FAIL if declared.verdict == "FAIL" else INCONCLUSIVE
     (finding,) = (f for f in result.findings if f.effect == effect)
@@ -100,9 +97,12 @@ def test_samples_show_every_phenomenon():
     assert len(declared) >= 12
 
 
-def test_shim_is_there_for_finer_samples():
-    result = check(SAMPLES / "shim_between_samples.nc", period_ms=0.01)
-    (finding,) = (f for f in result.findings if f.effect == FAIL)
+def test_samples_alone_step_over_the_shim_unless_they_are_finer():
+    path = SAMPLES / "shim_between_samples.nc"
+    coarse = check(path, method="exhaustive")
+    assert (coarse.verdict, coarse.coverage.between_samples) == ("pass", False)
+    finer = check(path, method="exhaustive", period_ps=PS_PER_MS // 100)
+    (finding,) = (f for f in finer.findings if f.effect == FAIL)
     assert place(finding) == ("GC104", "cutter-shim", "N100")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-from gcodesim.nc import moves, offsets, settings
+from gcodesim.nc import cycles, moves, offsets, settings
 from gcodesim.nc.block import Block
 from gcodesim.nc.control import Control
 from gcodesim.nc.dialect import Dialect
@@ -93,14 +93,16 @@ class Row:
 _G, _O = Group, Order
 _FANUC_HAAS = "fanuc haas"
 _ARC_WORDS = AXIS_WORDS + "IJKRP"
-_CYCLES = "canned cycles are not followed yet"
+_CYCLE_WORDS = AXIS_WORDS + "RQPLK"
 _TCP = "tool centre point control is not followed yet"
 _TILT = "tilted planes and table offsets are not followed yet"
 _CALLS = "subprograms are not followed yet"
 
 
-def _refused(letter: str, number: int, group: Group, sentence: str, reason: str) -> Row:
-    return Row(letter, number, group, Order.OTHER, "", sentence, refused=reason)
+def _refused(
+    letter: str, number: int, group: Group, sentence: str, reason: str, dialects: str = ""
+) -> Row:
+    return Row(letter, number, group, Order.OTHER, "", sentence, refused=reason, dialects=dialects)
 
 
 WORDS: dict[str, Row] = {
@@ -117,7 +119,6 @@ TABLE: tuple[Row, ...] = (
     Row("G", 10, _G.MOTION, _O.MOTION, AXIS_WORDS, "Straight feed move", moves.straight),
     Row("G", 20, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, clockwise", moves.arc),
     Row("G", 30, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, counter-clockwise", moves.arc),
-    Row("G", 800, _G.MOTION, _O.MOTION, "", "End of the motion mode", settings.end_motion),
     Row("G", 530, _G.ONE_SHOT, _O.DISTANCE, "", "Machine coordinates in this block"),
     Row("G", 280, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Return to the reference point",
         moves.return_to_reference),
@@ -192,8 +193,13 @@ TABLE: tuple[Row, ...] = (
     _refused("G", 160, _G.POLAR, "Polar words", "polar words are not followed yet"),
     _refused("G", 511, _G.MIRROR, "Mirror", "mirroring is not followed yet"),
     # Cycles, probing, calls.
-    *(_refused("G", number * 10, _G.MOTION, "Canned cycle", _CYCLES)
-      for number in (73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89)),
+    Row("G", 800, _G.CYCLE, _O.CYCLE_RETURN, "", "End of the cycle", cycles.end_cycle),
+    *(Row("G", number * 10, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Canned cycle", cycles.run_cycle)
+      for number in (73, 74, 81, 82, 83, 84, 85, 86, 88, 89)),
+    Row("G", 760, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Fine boring", cycles.run_cycle,
+        dialects=_FANUC_HAAS),
+    _refused("G", 760, _G.CYCLE, "Threading", "threading is for lathes", "linuxcnc"),
+    Row("G", 870, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Back boring", cycles.run_cycle),
     *(_refused("G", number, _G.MOTION, "Probing move", "probing is not followed yet")
       for number in (310, 382, 383, 384, 385)),
     *(_refused("G", number * 10, _G.ONE_SHOT, "Macro call", _CALLS) for number in (65, 66, 67)),
@@ -216,7 +222,7 @@ TABLE: tuple[Row, ...] = (
     *(Row("M", number * 10, _G.COOLANT, _O.COOLANT, "", "Coolant") for number in (7, 8, 9)),
     *(Row("M", number * 10, _G.OVERRIDE, _O.OTHER, "", "Overrides") for number in (48, 49)),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "P", "Clamp") for number in (10, 11, 12, 13)),
-    Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping"),
+    Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping", settings.set_rigid_tapping),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output")
       for number in (62, 63, 64, 65, 67, 68)),
 )

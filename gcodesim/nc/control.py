@@ -84,7 +84,8 @@ class Control:
         ignore_words: letters that are dropped and counted.
         block_delete: blocks that begin with / are left out.
         inch: the control starts in G20.
-        max_blocks: interpretation ends after this many blocks.
+        peck_backoff: G73 and G83 stop this far above the last depth [mm].
+    max_blocks: interpretation ends after this many blocks.
     """
 
     dialect: Dialect
@@ -104,4 +105,5 @@ class Control:
     arc: ArcTolerance = ArcTolerance()
     block_delete: bool = False
     inch: bool = False
+    peck_backoff: float = 0.254
     max_blocks: int = 100_000_000

@@ -19,6 +19,7 @@ class Dialect:
         rapid: shape of a rapid move: linear | dogleg. Read by motion/, not here.
         g80: G80 ends the motion mode, or only cycles: motion | cycle.
         r_and_ijk: an arc with R and centre words: r_wins | error.
+        g87: back boring with a shift Q, or with centre words I J and the top K: shift | centre.
     """
 
     name: str
@@ -27,12 +28,13 @@ class Dialect:
     rapid: str
     g80: str
     r_and_ijk: str
+    g87: str
 
 
 DIALECTS: dict[str, Dialect] = {
-    "fanuc": Dialect("fanuc", "G98", "ms", "dogleg", "cycle", "r_wins"),
-    "haas": Dialect("haas", "G98", "point", "dogleg", "cycle", "error"),
-    "linuxcnc": Dialect("linuxcnc", "G99", "s", "linear", "motion", "error"),
+    "fanuc": Dialect("fanuc", "G98", "ms", "dogleg", "cycle", "r_wins", "shift"),
+    "haas": Dialect("haas", "G98", "point", "dogleg", "cycle", "error", "shift"),
+    "linuxcnc": Dialect("linuxcnc", "G99", "s", "linear", "motion", "error", "centre"),
 }
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -41,6 +43,7 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "rapid": ("linear", "dogleg"),
     "g80": ("motion", "cycle"),
     "r_and_ijk": ("r_wins", "error"),
+    "g87": ("shift", "centre"),
 }
 
 

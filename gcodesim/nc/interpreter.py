@@ -13,7 +13,7 @@ from gcodesim.errors import ProgramError
 from gcodesim.findings import Finding
 from gcodesim.nc import moves, settings
 from gcodesim.nc.block import Block
-from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Row, codes_for, unknown_m
+from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Order, Row, codes_for, unknown_m
 from gcodesim.nc.control import Control
 from gcodesim.nc.lexer import explain, lex
 from gcodesim.nc.program import CanonicalProgram, Kind
@@ -24,6 +24,8 @@ END_OF_MOTION = 800
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
 CENTRE_WORDS = frozenset("IJKR")
+CYCLE_WORDS = frozenset("RQPIJKL")
+NO_MOTION = Row("G", END_OF_MOTION, Group.MOTION, Order.MOTION, "", "No motion mode")
 PERCENT = [("", "", "%")]
 
 
@@ -202,9 +204,9 @@ class Interpreter:
         This is the general way, less the checks such a block cannot fail.
         """
         state, values = self.state, block.values
-        if len(block.rows) > 1 or not values.keys() <= self._plain_words:
+        if state.modal.cycle or len(block.rows) > 1 or not values.keys() <= self._plain_words:
             return False
-        row = block.rows[0] if block.rows else self._codes["G", state.modal.motion]
+        row = block.rows[0] if block.rows else self._active([])
         if row.letter != "G" or row.number not in (0, 10):
             return False
         if "N" in values and not _is_block_number(values["N"]):
@@ -222,7 +224,7 @@ class Interpreter:
             ProgramError: codes or words of the block do not go together.
         """
         rows = self._agreeing_rows(block)
-        motion = next((row for row in rows if row.group is Group.MOTION), None)
+        motion = next((row for row in rows if row.order is Order.MOTION), None)
         others = [row for row in rows if row is not motion]
         axis_words = block.values.keys() & AXIS_LETTERS
         if block.ignored and not axis_words:
@@ -233,27 +235,39 @@ class Interpreter:
         if len(takers) > 1:
             what = f"{takers[0].name} and {takers[1].name} both take axis words"
             raise block.error("modal_conflict", what, takers[1].name)
-        active = motion or self._codes["G", self.state.modal.motion]
+        active = motion or self._active(rows)
         if not takers:
-            centred = motion is not None or block.values.keys() & CENTRE_WORDS
+            free = block.values.keys() - set("".join(row.words for row in others))
+            centred = motion is not None or free & CENTRE_WORDS
             block.moves = bool(axis_words or (active.action is moves.arc and centred))
-            others += [active] if block.moves or motion else []
+            kept = active.group is Group.CYCLE and bool(free & CYCLE_WORDS)
+            others += [active] if block.moves or motion or kept else []
         self._check_words(block, others, "unused_word" if takers else "axis_without_motion")
         others += [motion] if takers and motion else []
         others += [row for letter, row in WORDS.items() if letter in block.values]
         return sorted(others, key=lambda row: row.order)
 
+    def _active(self, rows: list[Row]) -> Row:
+        """Return the row of the motion code in force, of a block with these rows of its own."""
+        modal = self.state.modal
+        ended = any(row.group is Group.CYCLE for row in rows)
+        if ended and self.control.dialect.g80 == "motion":
+            return NO_MOTION
+        if modal.cycle and not ended:
+            return self._codes["G", modal.cycle]
+        return self._codes["G", modal.motion] if modal.motion != END_OF_MOTION else NO_MOTION
+
     def _agreeing_rows(self, block: Block) -> list[Row]:
         """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
         rows = block.rows
-        others = [row for row in rows if (row.letter, row.number) != ("G", END_OF_MOTION)]
-        with_motion = any(row.group is Group.MOTION for row in others)
-        if with_motion or self.control.dialect.g80 == "cycle":
-            rows = others
+        if any(row.order is Order.MOTION for row in rows):
+            # G80 beside another motion code: the other code ends the cycle, or begins one.
+            rows = [row for row in rows if row.number != END_OF_MOTION or row.letter != "G"]
         groups: dict[Group, Row] = {}
         for row in rows:
-            first = groups.setdefault(row.group, row)
-            if first is not row and row.group is not Group.NONE:
+            group = Group.MOTION if row.group is Group.CYCLE else row.group
+            first = groups.setdefault(group, row)
+            if first is not row and group is not Group.NONE:
                 what = f"{first.name} and {row.name} are of one group"
                 raise block.error("modal_conflict", what, row.name)
         for row in rows:

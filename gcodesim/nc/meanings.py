@@ -43,6 +43,16 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "tool_without_shape": ("GC421", "give a tools file; the mounted tool is used instead"),
     "tool_change_without_t": ("GC421", "select a tool with T in or before the M6 block"),
     "cutter_comp_uncompensated": ("GC422", "the programmed path runs, without the tool radius"),
+    # Canned cycles.
+    "cycle_word_missing": ("GC408", "a cycle needs R and the depth once, pecks and shifts need Q"),
+    "cycle_r_below_z": ("GC408", "R lies above the bottom of the hole"),
+    "cycle_q_not_positive": ("GC408", "Q must be above 0"),
+    "cycle_return_unusable": ("GC408", "back boring leaves upwards: use G98"),
+    "cycle_too_long": ("GC402", "gcodesim follows up to 100,000 holes or pecks of a block"),
+    "rotary_in_cycle": ("GC408", "move A, B and C in a block of their own"),
+    "tapping_no_spindle": ("GC408", "start the spindle with M3 or M4 before"),
+    "manual_retract": ("GC423", "the tool is withdrawn by hand; the check goes on from the bottom"),
+    "cycle_dwell_missing": ("GC430", "no dwell at the bottom; give P"),
     # Values.
     "negative_word": ("GC410", "the value must not be negative"),
     "integer_expected": ("GC410", "the value must be a whole number"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 @dataclass(slots=True)
@@ -16,9 +16,13 @@ class Modal:
         speed: S [rev/min].
         selected: tool number of the last T, None before it.
         tool: tool number in the spindle, None before the first change.
+        cycle_words: words the cycle keeps, lengths in mm and P in seconds; Z is the depth.
+        initial: depth-axis value when the cycle became modal [mm].
+        rigid_tapping: M29 was read: tapping cycles turn the spindle themselves.
     """
 
-    motion: int = 800  # G0 G1 G2 G3, G80 = none; cycles are refused
+    motion: int = 800  # G0 G1 G2 G3, G80 = none
+    cycle: int = 0  # G73 G74 G76 G81 .. G89, 0 = none
     plane: int = 170  # G17 G18 G19
     distance: int = 900  # G90 G91
     centre_distance: int = 911  # G90.1 G91.1
@@ -26,7 +30,7 @@ class Modal:
     unit: int = 210  # G20 G21
     compensation: int = 400  # G40; G41 G42 G41.1 G42.1 are reported and the path runs as written
     length: int = 490  # G43 G43.1 G43.2 G44 G49; G43.4 G43.5 G234 are refused
-    cycle_return: int = 980  # G98 G99, without effect until cycles exist
+    cycle_return: int = 980  # G98 G99
     work_offset: int = 540  # G54 .. G59, G59.1 .. G59.3, G54.1
     path: int = 640  # G61 G61.1 G64, without effect: the exact path is checked
     spindle: int = 50  # M3 M4 M5 M19
@@ -38,3 +42,6 @@ class Modal:
     speed: float = 0.0
     selected: int | None = None
     tool: int | None = None
+    cycle_words: dict[str, float] = field(default_factory=dict)
+    initial: float = 0.0
+    rigid_tapping: bool = False

@@ -35,6 +35,13 @@ def target(state: State, block: Block) -> list[float]:
     return point
 
 
+def plane_target(state: State, block: Block) -> list[float]:
+    """Return the program point the words of the active plane name: where a cycle makes a hole."""
+    point, w = target(state, block), PLANES[state.modal.plane][2]
+    point[w] = state.point[w]
+    return point
+
+
 def _unwound(state: State, i: int, value: float, origin: list[float]) -> float:
     """Return the angle a rotary word means; origin is the current point in the word's frame."""
     letter, shift = AXES[i], state.position[i] - origin[i]
@@ -44,7 +51,7 @@ def _unwound(state: State, i: int, value: float, origin: list[float]) -> float:
 
 def straight(state: State, block: Block, number: int) -> None:
     """G0 G1, with G53 in machine coordinates; without axis words only the mode changes."""
-    state.modal.motion = number
+    state.modal.motion, state.modal.cycle = number, 0
     if not block.moves:
         return
     if block.has("G", 530):
@@ -106,7 +113,7 @@ def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
 
 def arc(state: State, block: Block, number: int) -> None:
     """G2 G3 in the active plane, with centre words or R, P turns and a helix."""
-    state.modal.motion = number
+    state.modal.motion, state.modal.cycle = number, 0
     if not block.moves:
         return
     if block.has("G", 530):

@@ -33,6 +33,11 @@ def set_spindle(state: State, block: Block, number: int) -> None:
     state.modal.spindle = number
 
 
+def set_rigid_tapping(state: State, block: Block, number: int) -> None:
+    """M29: the next tapping cycle turns the spindle itself."""
+    state.modal.rigid_tapping = True
+
+
 def set_plane(state: State, block: Block, number: int) -> None:
     """G17 G18 G19."""
     state.modal.plane = number
@@ -65,21 +70,20 @@ def set_path(state: State, block: Block, number: int) -> None:
         state.report(block.finding("exact_path_assumed", "G64", "G64"))
 
 
-def end_motion(state: State, block: Block, number: int) -> None:
-    """G80 where it ends the motion mode too."""
-    state.modal.motion = number
-
-
 def dwell(state: State, block: Block, number: int) -> None:
     """G4: P in the unit of the dialect, X and U in seconds."""
     letter = next((letter for letter in "PXU" if letter in block.values), "")
     if not letter:
         raise block.error("dwell_missing", "G4 without P", "G4")
-    seconds = block.not_negative(letter)
-    if letter == "P" and _is_milliseconds(state, block):
-        seconds /= 1000.0
+    seconds = dwell_seconds(state, block, letter)
     if seconds:
         state.recorder.add(Kind.DWELL, block.line, f=seconds)
+
+
+def dwell_seconds(state: State, block: Block, letter: str) -> float:
+    """Return the time a word gives: P in the unit of the dialect, others in seconds."""
+    seconds = block.not_negative(letter)
+    return seconds / 1000.0 if letter == "P" and _is_milliseconds(state, block) else seconds
 
 
 def _is_milliseconds(state: State, block: Block) -> bool:

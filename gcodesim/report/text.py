@@ -124,11 +124,14 @@ def _listed(result: CheckResult) -> Iterator[str]:
             f"{nearest.time_s:.6f} s, line {nearest.line}"
         )
     if result.left_out:
+        pairs = {f"{a}-{b}" for a, b in result.coverage.pairs}
         items = [
-            f"{item.what} ({item.margin_mm:.4g} mm to spare)" if item.margin_mm else item.what
+            f"{item.what} ({item.margin_mm:.4g} mm to spare)"
             for item in result.left_out
+            if item.what in pairs
         ]
-        yield f"  left out: {', '.join(items)}"
+        rest = len(result.left_out) - len(items)
+        yield f"  left out: {', '.join([*items, f'{rest} more in --format json'])}"
 
 
 def _checked(result: CheckResult) -> Iterator[str]:

@@ -82,8 +82,7 @@ def bench(options: BenchOptions, progress: Callable[[float], None]) -> dict[str,
     job = longest_job(plan(meaning.program, machine)[0], machine, DEFAULT_PERIOD_PS)
     stages |= _stages_after(job, device, text, options.program)
     progress(0.2)
-    report: dict[str, Any] = {"schema": SCHEMA, "date": _now(), "versions": _versions()}
-    report |= {"cpu": cpu_name(), "cores": os.cpu_count(), "device": device, "runs": RUNS}
+    report: dict[str, Any] = {"schema": SCHEMA, **environment(), "device": device, "runs": RUNS}
     report["device_name"] = job.scene(device).arrays.triangles.device.name
     report["program"] = _program(options, job, meaning.blocks)
     report["stages"] = stages
@@ -250,14 +249,16 @@ def cpu_name() -> str:
     return names[0] if names else platform.processor() or platform.machine()
 
 
-def _versions() -> dict[str, str]:
+def environment() -> dict[str, Any]:
+    """When and on what something was measured."""
     return {
-        "gcodesim": __version__,
-        "warp": version("warp-lang"),
-        "numpy": version("numpy"),
-        "python": platform.python_version(),
+        "date": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        "versions": {
+            "gcodesim": __version__,
+            "warp": version("warp-lang"),
+            "numpy": version("numpy"),
+            "python": platform.python_version(),
+        },
+        "cpu": cpu_name(),
+        "cores": os.cpu_count(),
     }
-
-
-def _now() -> str:
-    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")

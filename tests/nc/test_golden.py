@@ -13,7 +13,11 @@ from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.reader import read_program
 
 GOLDEN = Path(__file__).parent / "golden"
-ROWS = list(csv.DictReader((GOLDEN / "expect.tsv").read_text().splitlines(), delimiter="\t"))
+ROWS = [
+    row
+    for row in csv.DictReader((GOLDEN / "expect.tsv").read_text().splitlines(), delimiter="\t")
+    if (GOLDEN / f"{row['program']}.ngc").exists()
+]
 MACHINE_ZERO = {code: dict.fromkeys("XYZABC", 0.0) for code in ("G28", "G30")}
 # The anchor drops a long first line; ours runs it (note in expect.tsv).
 NOT_COMPARED = {"err_70_long_line"}

@@ -1,0 +1,303 @@
+"""Canned cycles: every hole expanded into the moves the control makes (nc-language section 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from gcodesim.nc.block import Block
+from gcodesim.nc.moves import PLANES, feed_of, move, plane_target
+from gcodesim.nc.program import AXES, Kind
+from gcodesim.nc.settings import dwell_seconds
+from gcodesim.nc.state import State
+
+END_OF_MOTION = 800
+
+MAX_STEPS = 100_000
+"""Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
+
+NEEDED = {
+    **dict.fromkeys((730, 830), "Q"),
+    **dict.fromkeys((740, 760, 810, 820, 840, 850, 860, 870, 880, 890), ""),
+}
+"""Cycle -> words it cannot do without, besides R and the depth."""
+
+KEPT = "RQPIJ"
+"""Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""
+
+
+@dataclass(slots=True)
+class Hole:
+    """One hole being made; levels are program values of the depth axis [mm].
+
+    Attributes:
+        w: index of the depth axis.
+        r, z: R level and bottom.
+        initial: depth-axis value when the cycle became modal.
+        q: peck depth or shift [mm], 0 when not given.
+        seconds: dwell at the bottom.
+    """
+
+    state: State
+    block: Block
+    w: int
+    r: float
+    z: float
+    initial: float
+    q: float
+    seconds: float
+
+    @property
+    def out(self) -> float:
+        """Level the hole is left to: G98 the initial one, G99 R."""
+        return max(self.initial, self.r) if self.state.modal.cycle_return == 980 else self.r
+
+    def rapid(self, level: float) -> None:
+        """Rapid the depth axis to a level."""
+        self._go(Kind.RAPID, level)
+
+    def feed(self, level: float) -> None:
+        """Feed the depth axis to a level."""
+        self._go(Kind.FEED, level)
+
+    def shift(self, u: float, v: float) -> None:
+        """Rapid sideways in the plane by (u, v) [mm]."""
+        state = self.state
+        i, j, _ = PLANES[state.modal.plane]
+        point = state.point.copy()
+        point[i], point[j] = point[i] + u, point[j] + v
+        _rapid(state, self.block, point)
+
+    def dwell(self) -> None:
+        """Stand still at the bottom."""
+        if self.seconds:
+            self.state.recorder.add(Kind.DWELL, self.block.line, f=self.seconds)
+
+    def _go(self, kind: Kind, level: float) -> None:
+        state = self.state
+        point = state.point.copy()
+        point[self.w] = level
+        f = feed_of(state, self.block) if kind == Kind.FEED else 0.0
+        move(state, self.block, kind, state.reach(point), f)
+        state.point = point
+
+
+def run_cycle(state: State, block: Block, number: int) -> None:
+    """G73 G74 G76 G81-G89: keep the words, and make a hole at every position of the block."""
+    modal = state.modal
+    if not modal.cycle:
+        modal.cycle_words = {}
+        modal.initial = state.point[PLANES[modal.plane][2]]
+    if modal.cycle != number:
+        modal.cycle_words = {k: v for k, v in modal.cycle_words.items() if k in "RZ"}
+    modal.cycle = number
+    if state.control.dialect.g80 == "motion":
+        modal.motion = END_OF_MOTION
+    _keep_words(state, block)
+    repeats = _repeats(state, block, number)
+    if not block.moves or not repeats:
+        return
+    _check_words(state, block, number)
+    for _ in range(repeats):
+        _make_hole(state, block, number)
+
+
+def _keep_words(state: State, block: Block) -> None:
+    """Keep lengths in mm and the dwell in seconds, as they were meant when they were read."""
+    modal, values = state.modal, block.values
+    depth = AXES[PLANES[modal.plane][2]]
+    if rotary := next((letter for letter in "ABC" if letter in values), ""):
+        raise block.error("rotary_in_cycle", f"{rotary} in a cycle block", rotary)
+    for letter in KEPT:
+        if letter in values:
+            modal.cycle_words[letter] = values[letter] * state.scale
+    if "P" in values:
+        modal.cycle_words["P"] = dwell_seconds(state, block, "P")
+    if depth in values:
+        modal.cycle_words["Z"] = values[depth] * state.scale
+    if modal.cycle == 870 and state.control.dialect.g87 == "centre" and "K" in values:
+        modal.cycle_words["K"] = values["K"] * state.scale
+
+
+def _repeats(state: State, block: Block, number: int) -> int:
+    """Return how many holes L or K of this block asks for."""
+    centred = number == 870 and state.control.dialect.g87 == "centre"
+    letter = "L" if "L" in block.values else "K" if "K" in block.values and not centred else ""
+    repeats = block.whole(letter) if letter else 1
+    if repeats > MAX_STEPS:
+        raise block.error("cycle_too_long", f"{repeats} holes", letter)
+    return repeats
+
+
+def _check_words(state: State, block: Block, number: int) -> None:
+    modal = state.modal
+    words, code = modal.cycle_words, f"G{number // 10}"
+    depth = AXES[PLANES[modal.plane][2]]
+    centred = number == 870 and state.control.dialect.g87 == "centre"
+    needed = "ZR" + NEEDED[number] + ("Q" if number in (760, 870) and not centred else "")
+    for letter in needed + ("K" if centred else ""):
+        if letter not in words:
+            name = depth if letter == "Z" else letter
+            raise block.error("cycle_word_missing", f"{code} without {name}", code)
+    if words.get("Q", 1.0) <= 0 and (number in (730, 830) or "Q" in needed):
+        raise block.error("cycle_q_not_positive", f"{code} with Q{words['Q']:g}", "Q")
+    if number == 820 and "P" not in words:
+        state.report(block.finding("cycle_dwell_missing", "G82 without P", "G82"))
+    if number in (740, 840) and modal.spindle not in (30, 40) and not modal.rigid_tapping:
+        raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
+    if number == 870 and not centred and modal.cycle_return == 990:
+        raise block.error("cycle_return_unusable", "G87 under G99", code)
+
+
+def _make_hole(state: State, block: Block, number: int) -> None:
+    """Go to the hole above the work, then through the steps of the cycle."""
+    modal, words = state.modal, state.modal.cycle_words
+    w = PLANES[modal.plane][2]
+    incremental = modal.distance == 910
+    r = modal.initial + words["R"] if incremental else words["R"]
+    z = r + words["Z"] if incremental else words["Z"]
+    back_boring = number == 870 and state.control.dialect.g87 != "centre"
+    if z > r and not back_boring:
+        raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
+    hole = Hole(state, block, w, r, z, modal.initial, words.get("Q", 0.0), words.get("P", 0.0))
+    if not back_boring and state.point[w] < r:
+        hole.rapid(r)
+    _rapid(state, block, plane_target(state, block))
+    if not back_boring:
+        hole.rapid(r)
+    STEPS[number](hole)
+
+
+def _rapid(state: State, block: Block, point: list[float]) -> None:
+    move(state, block, Kind.RAPID, state.reach(point), 0.0)
+    state.point = point
+
+
+def _drill(hole: Hole) -> None:
+    """G81, G82."""
+    hole.feed(hole.z)
+    hole.dwell()
+    hole.rapid(hole.out)
+
+
+def _peck_depths(hole: Hole) -> list[float]:
+    """Return the levels of the pecks, the last one the bottom."""
+    if not hole.q:
+        return [hole.z]
+    count = (hole.r - hole.z) / hole.q
+    if count > MAX_STEPS:
+        raise hole.block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
+    depths = []
+    depth = hole.r - hole.q
+    while depth > hole.z:
+        depths.append(depth)
+        depth -= hole.q
+    return [*depths, hole.z]
+
+
+def _peck(hole: Hole) -> None:
+    """G83: out to R between pecks."""
+    depths = _peck_depths(hole)
+    back_off = hole.state.control.peck_backoff
+    for depth in depths[:-1]:
+        hole.feed(depth)
+        hole.rapid(hole.r)
+        hole.rapid(min(depth + back_off, hole.r))
+    hole.feed(depths[-1])
+    hole.dwell()
+    hole.rapid(hole.out)
+
+
+def _break_chips(hole: Hole) -> None:
+    """G73: up by the back-off between pecks."""
+    depths = _peck_depths(hole)
+    for depth in depths[:-1]:
+        hole.feed(depth)
+        hole.rapid(depth + hole.state.control.peck_backoff)
+    hole.feed(depths[-1])
+    hole.dwell()
+    hole.rapid(hole.out)
+
+
+def _tap(hole: Hole) -> None:
+    """G84, G74: in and out at the feed, with Q in pecks."""
+    for depth in _peck_depths(hole):
+        hole.feed(depth)
+        hole.dwell()
+        hole.feed(hole.r)
+    hole.rapid(hole.out)
+
+
+def _bore(hole: Hole) -> None:
+    """G85, G89: out at the feed."""
+    hole.feed(hole.z)
+    hole.dwell()
+    hole.feed(hole.r)
+    hole.rapid(hole.out)
+
+
+def _bore_and_stop(hole: Hole) -> None:
+    """G88: the operator retracts the tool, so nobody knows where it goes."""
+    hole.feed(hole.z)
+    hole.dwell()
+    hole.state.emit(Kind.STOP, hole.block)
+    hole.state.report(hole.block.finding("manual_retract", "G88", "G88"), "G88")
+
+
+def _fine_bore(hole: Hole) -> None:
+    """G76: out with the tool shifted off the wall, along the first axis of the plane."""
+    hole.feed(hole.z)
+    hole.dwell()
+    hole.shift(hole.q, 0.0)
+    hole.rapid(hole.out)
+    hole.shift(-hole.q, 0.0)
+
+
+def _back_bore(hole: Hole) -> None:
+    """G87: down beside the hole, in, and bore upwards."""
+    state = hole.state
+    if state.control.dialect.g87 == "centre":
+        words = state.modal.cycle_words
+        u, v = words.get("I", 0.0), words.get("J", 0.0)
+        top = words["K"] + (hole.z if state.modal.distance == 910 else 0.0)
+        ends = (hole.z, top, hole.z, hole.r)
+    else:
+        u, v = hole.q, 0.0
+        ends = (hole.r, hole.z, hole.z, hole.initial)
+    below, top, free, last = ends
+    hole.shift(u, v)
+    hole.rapid(below)
+    hole.shift(-u, -v)
+    hole.feed(top)
+    hole.dwell()
+    hole.feed(free)
+    hole.shift(u, v)
+    hole.rapid(last)
+    hole.shift(-u, -v)
+    hole.rapid(hole.out)
+
+
+STEPS: dict[int, Callable[[Hole], None]] = {
+    730: _break_chips,
+    740: _tap,
+    760: _fine_bore,
+    810: _drill,
+    820: _drill,
+    830: _peck,
+    840: _tap,
+    850: _bore,
+    860: _drill,
+    870: _back_bore,
+    880: _bore_and_stop,
+    890: _bore,
+}
+"""Cycle -> what it does after the approach; G86 moves as G82 does."""
+
+assert STEPS.keys() == NEEDED.keys()
+
+
+def end_cycle(state: State, block: Block, number: int) -> None:
+    """G80: no cycle from here on; where the dialect says so, no motion mode either."""
+    state.modal.cycle = 0
+    if state.control.dialect.g80 == "motion":
+        state.modal.motion = number
