@@ -93,11 +93,13 @@ def joint_motion(path: PathArrays, motion: MotionArrays, stretch: Stretch, joint
     if stretch.part < wp.float64(1.0):
         moved = moved * stretch.part
         if deviation > wp.float64(0.0):
+            # Not from the chord of the whole arc, in which turn and lift may cancel.
             arc = path.arc[stretch.piece]
             deviation = sagitta(path, arc, stretch.part)
             size = path.arc_size[arc]
             swept = wp.max(size[0], size[1]) * wp.abs(size[2]) * RADIAN
-            moved = moved + (swept + wp.abs(size[1] - size[0])) * stretch.part
+            along = swept + wp.abs(size[1] - size[0]) + wp.length(path.arc_lift[arc])
+            moved = along * stretch.part
     return wp.vec2d(moved, deviation)
 
 

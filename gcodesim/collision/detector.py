@@ -84,7 +84,9 @@ def detect(task: Task) -> Detection:
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
         pairs = tuple(p for p in task.machine.pairs if _is_present(p, bodies))
-        if any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b)):
+        bare = any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b))
+        if bare and span.end_ps > span.start_ps:
+            # An empty spindle that nothing moves before the first tool change is no gap.
             detection.missing.append(span)
         if not pairs:
             continue

@@ -8,7 +8,7 @@ is an ordinary contact, found as such; a stretch that ends without one is a cont
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import warp as wp
@@ -22,12 +22,14 @@ from gcodesim.collision.exhaustive import NO_CONTACT
 from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
 from gcodesim.collision.predicates import triangles_touch
 from gcodesim.collision.search import Outcome, Roots, Searcher
+from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
 from gcodesim.constants import PAIR_BITS
+from gcodesim.motion.samples import sample_of
 
 wp.set_module_options(BIT_EQUAL)
 
-STEPS = 256
-"""Sample steps looked at per launch while walking along a near stretch."""
+STEPS, MOST_STEPS = 256, 65_536
+"""Sample steps looked at per launch while walking along a near stretch: at first, and at most."""
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 REFINEMENTS, SCANS = 24, 17
@@ -137,40 +139,52 @@ def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -
     for times in _steps(searcher, start_ps, end_ps):
         if first_end == start_ps:
             first_end = int(times[1])
-        samples = -(-times[1:] // searcher.settings.period_ps)
-        outcome = _look(searcher, pair, times[:-1], times[1:])
-        touched = samples >= outcome.best >> PAIR_BITS
-        ends = np.flatnonzero(touched | (outcome.near == NO_CONTACT))
+        touch = _look(searcher, pair, times[[0, *_piece_ends(searcher, times)]], MODE_AT_SAMPLES)
+        near = _look(searcher, pair, times, MODE_APPROACH).near < NO_CONTACT
+        reached = -(-times[1:] // searcher.settings.period_ps) >= touch.best >> PAIR_BITS
+        ends = np.flatnonzero(reached | ~near)
         if len(ends):
-            if touched[ends[0]]:
+            if near[ends[0]]:
                 return None
             end_ps = int(times[ends[0]])
             break
     begin = first_instant(searcher, pair, start_ps, first_end)
     end_ps = max(end_ps, first_end)
-    return Approach(begin, end_ps, _nearest_in(searcher, pair, start_ps, end_ps))
+    return Approach(begin, end_ps, _nearest_in(searcher, pair, begin, end_ps))
 
 
-def _look(
-    searcher: Searcher, pair: int, starts: NDArray[np.int64], ends: NDArray[np.int64]
-) -> Outcome:
-    """Search stretches that each lie within one piece."""
-    pieces = searcher.path.piece_at(ends)
-    return searcher.search_stretches(
-        Roots(pieces, np.full(len(pieces), -1, np.int32), starts, ends), pair
-    )
+def _look(searcher: Searcher, pair: int, times: NDArray[np.int64], mode: int) -> Outcome:
+    """Search the stretches between neighbouring times, each within one piece."""
+    settings = replace(searcher.settings, mode=mode)
+    if mode == MODE_AT_SAMPLES:
+        settings = replace(settings, free_mm=(0.0,) * len(settings.free_mm))
+    pieces = searcher.path.piece_at(times[1:])
+    roots = Roots(pieces, np.full(len(pieces), -1, np.int32), times[:-1], times[1:])
+    return replace(searcher, settings=settings).search_stretches(roots, pair)
+
+
+def _piece_ends(searcher: Searcher, times: NDArray[np.int64]) -> list[int]:
+    """Numbers of the times at which a piece ends, and of the last."""
+    pieces = searcher.path.piece_at(times[1:])
+    return [*(np.flatnonzero(np.diff(pieces)) + 1), len(times) - 1]
 
 
 def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[np.int64]]:
-    """Yield runs of times of consecutive instants; two neighbours lie within one piece."""
-    path, period = searcher.path, searcher.settings.period_ps
+    """Yield runs of times of consecutive instants; two neighbours lie within one piece.
+
+    A piece that stands still is one step. Runs grow, so that a long stretch takes few launches.
+    """
+    path, period, steps = searcher.path, searcher.settings.period_ps, STEPS
+    still = (path.arc < 0) & (path.q0 == path.q1).all(axis=1)
     while start_ps < end_ps:
-        stop = min(end_ps, start_ps + STEPS * period)
+        piece = int(path.piece_at(np.array([start_ps + 1]))[0])
+        stop = start_ps + steps * period
+        stop = min(end_ps, max(stop, int(path.bounds_ps[piece + 1])) if still[piece] else stop)
         samples = np.arange(start_ps // period + 1, stop // period + 1, dtype=np.int64) * period
         inside = path.bounds_ps[(path.bounds_ps > start_ps) & (path.bounds_ps < stop)]
-        times = np.unique(np.concatenate([[start_ps, stop], samples, inside]))
-        yield times
-        start_ps = stop
+        samples = samples[~still[path.piece_at(samples)]]
+        yield np.unique(np.concatenate([[start_ps, stop], samples, inside]))
+        start_ps, steps = stop, min(2 * steps, MOST_STEPS)
 
 
 def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> int:
@@ -179,8 +193,8 @@ def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> 
         middle = (start_ps + end_ps) // 2
         if middle in (start_ps, end_ps):
             break
-        outcome = _look(searcher, pair, np.array([start_ps]), np.array([middle]))
-        if outcome.near[0] < NO_CONTACT or outcome.best < NO_CONTACT:
+        outcome = _look(searcher, pair, np.array([start_ps, middle]), MODE_APPROACH)
+        if outcome.near[0] < NO_CONTACT:
             end_ps = middle
         else:
             start_ps = middle
@@ -229,16 +243,21 @@ def first_event(
 def event_of(
     searcher: Searcher, outcome: Outcome, end_ps: int
 ) -> tuple[int, int] | Approach | None:
-    """The first event of a search of all pairs; near stretches are followed up to `end_ps`."""
-    touch = None
-    if outcome.best < NO_CONTACT:
-        touch = outcome.best >> PAIR_BITS, outcome.best & ((1 << PAIR_BITS) - 1)
-        end_ps = min(end_ps, touch[0] * searcher.settings.period_ps)
+    """The first event of a search of all pairs, by sample and pair.
+
+    Near stretches are followed up to `end_ps`, beyond a touch of another pair too: where they lead
+    to a touch of their own, they are no event.
+    """
+    period = searcher.settings.period_ps
+    pairs = np.arange(len(outcome.near))
+    keys = (np.minimum(outcome.near, end_ps) // period + 1 << PAIR_BITS) + pairs
     between = [
         contact_between(searcher, int(pair), int(outcome.near[pair]), end_ps)
-        for pair in np.flatnonzero(outcome.near < end_ps)
+        for pair in np.flatnonzero((outcome.near < end_ps) & (keys < outcome.best))
     ]
     found = [approach for approach in between if approach]
     if found:
-        return min(found, key=lambda f: (f.start_ps, f.nearest.pair))
-    return touch
+        return min(found, key=lambda f: (sample_of(f.start_ps, period), f.nearest.pair))
+    if outcome.best == NO_CONTACT:
+        return None
+    return outcome.best >> PAIR_BITS, outcome.best & ((1 << PAIR_BITS) - 1)

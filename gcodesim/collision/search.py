@@ -26,6 +26,7 @@ from gcodesim.collision.poses import PathArrays, Pose
 from gcodesim.collision.scene import Scene
 from gcodesim.collision.search_kernel import (
     RESULT_SIZE,
+    STACK_SIZE,
     Chains,
     RootArrays,
     search_roots,
@@ -39,6 +40,11 @@ LEVEL = 6
 
 CHUNK = 64
 """Windows that share one set of motion tables."""
+
+ALL = slice(None)
+
+STACK_LIMIT = STACK_SIZE
+"""Items a thread of the kernel may hold; fewer only make it split roots more often."""
 
 BATCH = 8
 """Windows per launch on the CPU: what runs before a contact found elsewhere is heard of."""
@@ -71,7 +77,7 @@ class Outcome:
             falls to free_mm between samples; NO_CONTACT when none.
         distance: per pair (or root) the smallest distance [mm], inf when not asked for.
         items, triangle_tests: work done.
-        overflows: roots whose stack was full; never an answer.
+        overflows: (root, pair)s whose stack was full; see Searcher.settle.
     """
 
     near: NDArray[np.int64]
@@ -86,10 +92,12 @@ class Outcome:
         """The outcome before anything was looked at."""
         return cls(np.full(slots, NO_CONTACT), np.full(slots, np.inf), best)
 
-    def merge(self, other: Outcome) -> None:
-        """Add the outcome of a launch or of another search."""
-        self.near = np.minimum(self.near, other.near)
-        self.distance = np.minimum(self.distance, other.distance)
+    def merge(self, other: Outcome, slots: slice = ALL) -> None:
+        """Add the outcome of a launch or of another search, which may have some slots only."""
+        near, distance = self.near.copy(), self.distance.copy()
+        near[slots] = np.minimum(near[slots], other.near)
+        distance[slots] = np.minimum(distance[slots], other.distance)
+        self.near, self.distance = near, distance
         self.best = min(self.best, other.best)
         self.items += other.items
         self.triangle_tests += other.triangle_tests
@@ -110,10 +118,39 @@ class Roots:
         cut = slice(first, end)
         return Roots(self.piece[cut], self.level[cut], self.start_ps[cut], self.end_ps[cut])
 
+    def halves(self, bounds_ps: NDArray[np.int64], period_ps: int) -> list[Roots]:
+        """The first and the second half of the roots, or of the one root; cut at samples only.
+
+        Empty where one root has no sample inside.
+        """
+        if len(self.piece) > 1:
+            half = len(self.piece) // 2
+            return [self.part(0, half), self.part(half, len(self.piece))]
+        piece, level = int(self.piece[0]), int(self.level[0])
+        if level > 0:
+            return [_root(p, level - 1, 0, 0) for p in (piece, piece + (1 << (level - 1)))]
+        start, end = int(self.start_ps[0]), int(self.end_ps[0])
+        if level == 0:
+            start, end = bounds_ps[[piece, piece + 1]].tolist()
+        cut = max((start + end) // 2 // period_ps, start // period_ps + 1) * period_ps
+        if cut >= end:
+            return []
+        return [_root(piece, -1, start, cut), _root(piece, -1, cut, end)]
+
+
+def _root(piece: int, level: int, start_ps: int, end_ps: int) -> Roots:
+    one = np.array([piece, level], np.int32), np.array([start_ps, end_ps], np.int64)
+    return Roots(one[0][:1], one[0][1:], one[1][:1], one[1][1:])
+
 
 @dataclass(frozen=True)
 class Searcher:
-    """A scene with its forest, ready to search stretches of one path."""
+    """A scene with its forest, ready to search stretches of one path.
+
+    Attributes:
+        undecided: roots that could not be searched to the end, shared by copies of the searcher;
+            while there are any, no answer is complete.
+    """
 
     scene: Scene
     forest: Forest
@@ -121,6 +158,7 @@ class Searcher:
     arrays: PathArrays
     joints: tuple[Joint, ...]
     settings: Settings
+    undecided: list[Roots] = field(default_factory=list)
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:
         """Yield runs of pieces that share motion tables."""
@@ -147,7 +185,7 @@ class Searcher:
                 best, distance = outcome.best, outcome.distance
             if best >> PAIR_BITS < sample:
                 return
-            found = self.launch(part, motion, best, distance)
+            found = self.settle(part, motion, best, distance)
             with lock:
                 outcome.merge(found)
 
@@ -163,7 +201,36 @@ class Searcher:
         """Search stretches of single pieces for one pair; outcomes have an entry per stretch."""
         first, end = int(roots.piece.min()), int(roots.piece.max()) + 1
         distance = np.full(len(roots.piece), np.inf)
-        return self.launch(roots, self.motion(first, end), NO_CONTACT, distance, pair)
+        return self.settle(roots, self.motion(first, end), NO_CONTACT, distance, pair)
+
+    def settle(
+        self,
+        roots: Roots,
+        motion: MotionArrays,
+        best: int,
+        distance: NDArray[np.float64],
+        pair: int | None = None,
+    ) -> Outcome:
+        """Run the kernel on some roots; where a stack was full, on their halves again.
+
+        What a full stack left behind holds as far as it goes: a contact is one.
+        """
+        found = self.launch(roots, motion, best, distance, pair)
+        if not found.overflows:
+            return found
+        found.overflows = 0
+        halves = roots.halves(self.path.bounds_ps, self.settings.period_ps)
+        if not halves:
+            self.undecided.append(roots)
+        own_slots = pair is not None and len(roots.piece) > 1
+        slot = 0
+        for half in halves:
+            slots = slice(slot, slot + len(half.piece)) if own_slots else ALL
+            found.merge(
+                self.settle(half, motion, min(best, found.best), found.distance[slots], pair), slots
+            )
+            slot += len(half.piece)
+        return found
 
     def motion(self, first: int, end: int) -> MotionArrays:
         """Motion tables and knot poses of the pieces first..end."""
@@ -206,6 +273,8 @@ class Searcher:
         arrays.period_ps = self.settings.period_ps
         free = np.array(self.settings.free_mm) + SLACK_MM
         arrays.free_mm = wp.array(free, dtype=wp.float64, device=device)
+        arrays.touching_mm = SLACK_MM
+        arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode
         arrays.first_pair = pair or 0
         arrays.per_root = int(pair is not None)

@@ -47,6 +47,7 @@ LEAST_LENGTH = wp.constant(wp.float64(1.0e-12))
 
 MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM, MODE_APPROACH = 0, 1, 2, 3
 AT_SAMPLES = wp.constant(MODE_AT_SAMPLES)
+AT_ALL_TIMES = wp.constant(MODE_AT_ALL_TIMES)
 MINIMUM = wp.constant(MODE_MINIMUM)
 APPROACH = wp.constant(MODE_APPROACH)
 """Prove samples only; prove the time between them too; or, contacts apart, find the smallest
@@ -72,8 +73,10 @@ class RootArrays:
     end_ps: wp.array[wp.int64]
     period_ps: wp.int64
     free_mm: wp.array[wp.float64]  # pair -> a proof must leave more than this; < 0: left out
+    touching_mm: wp.float64  # the same where only touches at samples count
     mode: wp.int32  # see MODE_AT_SAMPLES and its neighbours
     first_pair: wp.int32  # pair of the first column of threads
+    stack_limit: wp.int32  # at most STACK_SIZE
     per_root: wp.int32  # 1: near_out and distance_out have an entry per root, else per pair
 
 
@@ -145,8 +148,11 @@ def aim_item(forest: ForestArrays, item: Item, view: View, wanted: wp.float64):
         v = between_triangles(own, posed)
         aim.distance = wp.length(v)
         if aim.distance > LEAST_LENGTH:
-            aim.n = v / aim.distance
-            aim.gap = node_gap(forest, item.a, item.b, pose, aim.n)
+            n = v / aim.distance
+            gap = node_gap(forest, item.a, item.b, pose, n)
+            if gap > aim.gap:
+                aim.n = n
+                aim.gap = gap
     return aim
 
 
@@ -294,6 +300,9 @@ def search_roots(
             continue
         if roots.mode == MINIMUM:
             free = distance_out[slot] - MINIMUM_GOOD_TO
+        if roots.mode == AT_ALL_TIMES:
+            # Behind the first near step only a touch at a sample counts.
+            free = wp.where(near_out[slot] <= step, roots.touching_mm, roots.free_mm[pair])
         items += wp.int64(1)
         view = view_of(path, chains.sides, motion, pair, item, period)
         proof = prove(path, chains, forest, motion, pair, item, view, free)
@@ -320,7 +329,7 @@ def search_roots(
             continue
         if leaf and instant:
             continue
-        if top + 2 > STACK:
+        if top + 2 > roots.stack_limit:
             wp.atomic_add(result_out, OVERFLOWS, wp.int64(1))
             break
         if leaf or (proof.apart and not one_step):

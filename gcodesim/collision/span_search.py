@@ -56,7 +56,7 @@ class SpanFindings:
         minimums: smallest distances asked for.
         intervals: all contacts, with --stop all.
         left_out: pairs left out.
-        overflows: roots that could not be decided; never an answer.
+        overflows: stretches of time that could not be decided; never an answer.
     """
 
     too_near: list[tuple[Pair, Nearness]] = field(default_factory=list)
@@ -102,6 +102,7 @@ def search_span(
             (interval, place.interval(interval, searcher.arrays))
             for interval in contact_intervals(searcher, span)
         ]
+    findings.overflows = len(searcher.undecided)
     return contact, findings
 
 
@@ -146,7 +147,6 @@ def _first_contact(
     for first, end in searcher.chunks(*pieces):
         outcome, event = first_event(searcher, first, end, span.end_ps)
         work.add(outcome.items, outcome.triangle_tests)
-        findings.overflows += outcome.overflows
         if isinstance(event, Approach):
             return place.approach(event)
         if event:

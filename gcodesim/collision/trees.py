@@ -22,6 +22,9 @@ costs twice as much."""
 LEAST_SHARE = 8
 """A child holds at least 1/8 of its parent's triangles, which bounds the depth of the tree."""
 
+NEEDLE = 1e-8
+"""A triangle thinner than this part of its length gives no frame to a box."""
+
 
 @dataclass(frozen=True)
 class Tree:
@@ -209,8 +212,10 @@ def _triangle_frames(triangles: Floats, starts: Ints, node: Ints) -> Floats:
     lengths = np.linalg.norm(edges, axis=2)
     rows = np.arange(len(chosen))
     longest = lengths.argmax(axis=1)
-    sound = area[chosen] > 1e-12
+    # The normal of a needle is noise: its frame would be skew, and the box would lose the triangle.
+    sound = area[chosen] > NEEDLE * lengths[rows, longest] ** 2
     u = edges[rows, longest] / np.where(sound, lengths[rows, longest], 1.0)[:, None]
-    w = normal[chosen] / np.where(sound, area[chosen], 1.0)[:, None]
-    frame = np.stack([u, np.cross(w, u), w], axis=1)
+    v = np.cross(normal[chosen], u)
+    v /= np.where(sound, np.linalg.norm(v, axis=1), 1.0)[:, None]
+    frame = np.stack([u, v, np.cross(u, v)], axis=1)
     return np.where(sound[:, None, None], frame, np.eye(3))

@@ -29,7 +29,9 @@ FINISH, MACHINE = SAMPLES / "five_axis_finish.nc", "table_tilt"
 EVERY = 25
 """Every 25th sample is looked at: cost per sample does not depend on the period."""
 
-SHORT = "G21 G90\nT1 M6\nS1000 M3\nG0 X20. Y10.\nG1 Z-5. F500.\nX30.\nY20.\nX20.\nG0 Z0.\nM30\n"
+SHORT = (
+    "G21 G90\nT1 M6\nS1000 M3\nG0 X20. Y10.\nG0 Z450.\nG1 Z400. F500.\nX30.\nY20.\nG0 Z450.\nM30\n"
+)
 
 
 def main() -> int:

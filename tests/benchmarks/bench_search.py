@@ -153,14 +153,11 @@ def rough_program(rng: np.random.Generator) -> str:
     """A random walk of a few hundred short five-axis blocks that drifts down to the table."""
     steps = rng.normal(0.0, 1.0, (ROUGH_BLOCKS, 5)) * (8.0, 8.0, 6.0, 4.0, 20.0)
     steps[:, 2] -= 1.5
-    q = np.cumsum(steps, axis=0) + (0.0, 0.0, -40.0, 0.0, 0.0)
-    q = np.clip(q, (-240, -190, -490, -110, -9000), (240, 190, -10, 25, 9000))
-    lines = [" ".join(f"{a}{v:.3f}" for a, v in zip("XYZAC", row, strict=True)) for row in q]
-    return (
-        "G21 G90 G94 G53\nT1 M6\nG0 Z-40.\n"
-        + "\n".join(f"G1 F8000. {x}" for x in lines)
-        + "\nM30\n"
-    )
+    q = np.cumsum(steps, axis=0) + (0.0, 0.0, 300.0, 0.0, 0.0)
+    q = np.clip(q, (-240, -190, 25, -110, -9000), (240, 190, 500, 25, 9000))
+    words = [" ".join(f"{a}{v:.3f}" for a, v in zip("XYZAC", row, strict=True)) for row in q]
+    moves = "\n".join(f"G1 F8000. {each}" for each in words)
+    return f"G21 G90 G94\nT1 M6\nG0 Z300.\n{moves}\nM30\n"
 
 
 def measure_rough(goals: Goals) -> None:

@@ -15,6 +15,7 @@ from motion.programs import PLANES, program
 
 from gcodesim.collision import search
 from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.span_search import Aims
 from gcodesim.machine.model import Joint, Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
@@ -22,6 +23,9 @@ from gcodesim.nc.program import FeedMode, Kind
 
 PERIOD_PS = 1_000_000_000
 KINDS = ("table", "head", "mixed", "any")
+START = (250.0, 250.0, 250.0, 0.0, 0.0, 0.0)
+"""Machine position far from all contact at which programs begin [mm, deg]."""
+
 FARTHEST = 150.0
 """Distance [mm] by which the tool is moved away at most."""
 
@@ -72,7 +76,7 @@ def run(
         period_ps=trial.period_ps,
         device=device,
         method=method,
-        between=between,
+        aims=Aims(between=between),
         progress=lambda done: None,
     )
     with cut_up(setup or Setup()):
@@ -102,8 +106,8 @@ def random_trial(seed: int, away: float | None = None) -> Trial:
     kind = KINDS[seed % len(KINDS)]
     joints, tool_link = _joints(rng, kind)
     m = _machine(rng, joints, tool_link, rng.uniform(0, FARTHEST) if away is None else away)
-    rows = random_program(rng, rng.uniform(5, 80))
-    path, _ = plan(program(rows), m)
+    rows = random_program(rng, rng.uniform(5, 60))
+    path, _ = plan(program(rows, start=START), m)
     if rng.random() < 0.3:
         path.law[:] = np.resize(rng.permutation(np.array(LAWS)), path.law.shape)
     return Trial(seed, m, path, int(rng.choice([PERIOD_PS, PERIOD_PS // 3, 7 * PERIOD_PS // 2])))
@@ -176,8 +180,8 @@ Row = dict[str, object]
 
 def random_program(rng: np.random.Generator, travel: float, phrases: int = 9) -> list[Row]:
     """Commands of some phrases around the origin, one of which changes the tool."""
-    rows: list[Row] = []
-    at = np.zeros(6)
+    at = _somewhere(rng, travel)
+    rows: list[Row] = [{"kind": Kind.RAPID, "to": at}]
     for k in range(phrases):
         if k == phrases // 2:
             rows.append({"kind": Kind.TOOL, "aux": 2})

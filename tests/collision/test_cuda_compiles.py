@@ -11,7 +11,7 @@ import warp as wp
 
 import gcodesim.collision
 
-ARCHITECTURES = [75, 90]  # Turing and Hopper: the oldest that Warp supports, and a current one
+ARCHITECTURES = [75]  # Turing, the oldest; drivers of newer devices accept its code too
 
 
 def kernel_modules() -> list[str]:
