@@ -172,12 +172,13 @@ def between_segments(p0: wp.vec3d, p1: wp.vec3d, q0: wp.vec3d, q1: wp.vec3d):
 def between_triangles(a: wp.mat33d, b: wp.mat33d):
     """Shortest vector from triangle a to triangle b; near zero when they touch."""
     best = b[0] - a[0]
-    for i in range(3):
+    corners = wp.int32(3)
+    for i in range(corners):
         corner_b = nearest_on_triangle(b[i] - a[0], b[i] - a[1], b[i] - a[2])
         best = nearer(best, corner_b)
         corner_a = nearest_on_triangle(b[0] - a[i], b[1] - a[i], b[2] - a[i])
         best = nearer(best, corner_a)
-        for j in range(3):
+        for j in range(corners):
             best = nearer(best, between_segments(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3]))
     return best
 
@@ -210,7 +211,8 @@ def aim_at_node(forest: ForestArrays, a: wp.int32, b: wp.int32, pose: Pose):
     point = posed_difference(forest, a, b, pose, n)
     best = wp.dot(n, point)
     last = point
-    for _k in range(AIM_STEPS):
+    steps = wp.int32(AIM_STEPS)
+    for _k in range(steps):
         length = wp.length(point)
         if length < wp.float64(1.0e-9) or best >= (wp.float64(1.0) - GOOD_ENOUGH) * length:
             break

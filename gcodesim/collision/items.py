@@ -116,12 +116,23 @@ def view_part(
     view.whole.part = s1 - s0
     view.earlier.part = s_middle - s0
     view.later.part = s1 - s_middle
-    view.a0 = side_pose(path, sides, motion, 2 * pair, piece, t0)
-    view.b0 = side_pose(path, sides, motion, 2 * pair + 1, piece, t0)
-    view.a_middle = side_pose(path, sides, motion, 2 * pair, piece, view.middle_ps)
-    view.b_middle = side_pose(path, sides, motion, 2 * pair + 1, piece, view.middle_ps)
-    view.a1 = side_pose(path, sides, motion, 2 * pair, piece, t1)
-    view.b1 = side_pose(path, sides, motion, 2 * pair + 1, piece, t1)
+    poses = wp.int32(6)
+    for k in range(poses):
+        # One call in a loop: six copies of it would double the kernel.
+        time = wp.where(k < 2, t0, wp.where(k < 4, view.middle_ps, t1))
+        pose = side_pose(path, sides, motion, 2 * pair + k % 2, piece, time)
+        if k == 0:
+            view.a0 = pose
+        elif k == 1:
+            view.b0 = pose
+        elif k == 2:
+            view.a_middle = pose
+        elif k == 3:
+            view.b_middle = pose
+        elif k == 4:
+            view.a1 = pose
+        else:
+            view.b1 = pose
     return view
 
 
