@@ -89,15 +89,16 @@ def check_program(
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)
-    with watch.time("start"):
+    with watch.time("compile"):
         # Imported late: Warp takes a while to start, and a wrong option must not wait for it.
         from gcodesim import evidence
         from gcodesim.audit import audit
-        from gcodesim.collision.detector import Task, detect
+        from gcodesim.collision.detector import Task, detect, load_kernels
         from gcodesim.collision.device import resolve_device
         from gcodesim.collision.span_search import Aims
 
         device = resolve_device(options.device)
+        load_kernels(options.method, device)
     with watch.time("search"):
         searches = options.method == "search"
         aims = Aims(

@@ -11,6 +11,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import click
@@ -187,14 +188,17 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
     results, codes = [], []
     for program in programs:
         try:
+            begin = time.perf_counter()
             name, text = _read_program(program)
+            read_s = time.perf_counter() - begin
         except UsageError as error:
             # The other programs still get their reports.
             click.echo(f"gcodesim: {error}", err=True)
             codes.append(USAGE_EXIT)
             continue
         with _progress(name, given["quiet"]) as progress:
-            results.append(check_program(text, name, machine, options, progress))
+            result = check_program(text, name, machine, options, progress)
+        results.append(replace(result, timing_s={"read": read_s} | result.timing_s))
         codes.append(EXIT_CODES[results[-1].verdict])
         if given["report_format"] == "text":
             _print_text(results[-1], given["no_color"])

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import warp as wp
 
+from gcodesim.collision import chords, exhaustive, paper, search_kernel
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
 from gcodesim.collision.events import Contact, Place
@@ -69,6 +71,13 @@ class Task:
     method: str
     aims: Aims
     progress: Callable[[float], None]
+
+
+def load_kernels(method: str, device: str) -> None:
+    """Compile what a method needs, or load it from Warp's cache, so that it is timed apart."""
+    modules = {"search": (exhaustive, chords, search_kernel), "paper": (paper,)}
+    for module in modules.get(method, (exhaustive,)):
+        wp.load_module(module, device=device)
 
 
 def detect(task: Task) -> Detection:

@@ -7,6 +7,7 @@ is an ordinary contact, found as such; a stretch that ends without one is a cont
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
@@ -102,8 +103,8 @@ def find_nearest_triangles(
                 number_out[i] = j
 
 
-def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
-    """Smallest distance of a pair at one instant, over all its triangles."""
+def nearest_triangles(searcher: Searcher, pair: int, time_ps: int) -> tuple[float, int, int]:
+    """Smallest distance of a pair at one instant [mm], and its triangles in the scene's order."""
     scene = searcher.scene
     shapes = [shape.regions for shape in scene.shapes[pair]]
     on_device = [wp.array(s.triangles, dtype=wp.mat33d, device=scene.device) for s in shapes]
@@ -119,11 +120,19 @@ def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
     )
     distances = np.linalg.norm(vectors.numpy(), axis=1)
     i = int(np.argmin(distances))
-    j = int(numbers.numpy()[i])
-    posed = posed_row(scene, searcher.arrays, pair, piece, time_ps, on_device[1][j : j + 1])
-    point = halfway(shapes[0].triangles[i], posed)
-    order = int(shapes[0].order[i]), int(shapes[1].order[j])
-    return Nearest(time_ps, pair, float(distances[i]), order, point)
+    return float(distances[i]), i, int(numbers.numpy()[i])
+
+
+def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
+    """Smallest distance of a pair at one instant, over all its triangles, and where."""
+    distance, i, j = nearest_triangles(searcher, pair, time_ps)
+    scene = searcher.scene
+    a, b = (shape.regions for shape in scene.shapes[pair])
+    piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
+    other = wp.array(b.triangles[j : j + 1], dtype=wp.mat33d, device=scene.device)
+    posed = posed_row(scene, searcher.arrays, pair, piece, time_ps, other)
+    point = halfway(a.triangles[i], posed)
+    return Nearest(time_ps, pair, distance, (int(a.order[i]), int(b.order[j])), point)
 
 
 def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Approach | None:
@@ -139,14 +148,12 @@ def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -
     for times in _steps(searcher, start_ps, end_ps):
         if first_end == start_ps:
             first_end = int(times[1])
-        touch = _look(searcher, pair, times[[0, *_piece_ends(searcher, times)]], MODE_AT_SAMPLES)
         near = _look(searcher, pair, times, MODE_APPROACH).near < NO_CONTACT
-        reached = -(-times[1:] // searcher.settings.period_ps) >= touch.best >> PAIR_BITS
-        ends = np.flatnonzero(reached | ~near)
-        if len(ends):
-            if near[ends[0]]:
-                return None
-            end_ps = int(times[ends[0]])
+        steps = int(np.argmin(np.append(near, False)))
+        if _touching_step(searcher, pair, times) < steps:
+            return None
+        if steps < len(near):
+            end_ps = int(times[steps])
             break
     begin = first_instant(searcher, pair, start_ps, first_end)
     end_ps = max(end_ps, first_end)
@@ -163,10 +170,22 @@ def _look(searcher: Searcher, pair: int, times: NDArray[np.int64], mode: int) ->
     return replace(searcher, settings=settings).search_stretches(roots, pair)
 
 
-def _piece_ends(searcher: Searcher, times: NDArray[np.int64]) -> list[int]:
-    """Numbers of the times at which a piece ends, and of the last."""
+def _touching_step(searcher: Searcher, pair: int, times: NDArray[np.int64]) -> int:
+    """Number of the first step at an end of which the pair touches, that of all steps if none."""
     pieces = searcher.path.piece_at(times[1:])
-    return [*(np.flatnonzero(np.diff(pieces)) + 1), len(times) - 1]
+    within_pieces = [0, *(np.flatnonzero(np.diff(pieces)) + 1), len(pieces)]
+    touch = _look(searcher, pair, times[within_pieces], MODE_AT_SAMPLES)
+    if touch.best == NO_CONTACT:
+        return len(pieces)
+    samples = -(-times[1:] // searcher.settings.period_ps)
+    first, end = np.searchsorted(samples, (touch.best >> PAIR_BITS) + np.arange(2)).tolist()
+
+    def touches_by(step: int) -> bool:
+        until = _look(searcher, pair, times[first : step + 2], MODE_AT_SAMPLES)
+        return until.best < NO_CONTACT
+
+    # A sample has many steps where many blocks end within it.
+    return first + bisect_left(range(first, end), True, key=touches_by)
 
 
 def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[np.int64]]:
@@ -203,26 +222,26 @@ def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> 
 
 def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Nearest:
     """The smallest distance within a near stretch: a coarse scan, then golden section."""
+    seen: dict[int, float] = {}
+
+    def distance(time: float) -> float:
+        instant = round(time)
+        if instant not in seen:
+            seen[instant] = nearest_triangles(searcher, pair, instant)[0]
+        return seen[instant]
+
     times = np.unique(np.linspace(start_ps, end_ps, SCANS).astype(np.int64)).tolist()
-    seen = [nearest_at(searcher, pair, time) for time in times]
-    best = min(range(len(seen)), key=lambda i: seen[i].distance)
+    best = min(range(len(times)), key=lambda i: distance(times[i]))
     low, high = float(times[max(best - 1, 0)]), float(times[min(best + 1, len(times) - 1)])
-    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-    at_left, at_right = (nearest_at(searcher, pair, round(t)) for t in (left, right))
-    nearest = min(seen[best], at_left, at_right, key=lambda n: n.distance)
     for _ in range(REFINEMENTS):
-        if nearest.distance == 0.0:
+        if min(seen.values()) == 0.0:
             break
-        if at_left.distance <= at_right.distance:
-            high, right, at_right = right, left, at_left
-            left = high - GOLDEN * (high - low)
-            at_left = nearest_at(searcher, pair, round(left))
+        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+        if distance(left) <= distance(right):
+            high = right
         else:
-            low, left, at_left = left, right, at_right
-            right = low + GOLDEN * (high - low)
-            at_right = nearest_at(searcher, pair, round(right))
-        nearest = min(nearest, at_left, at_right, key=lambda n: n.distance)
-    return nearest
+            low = left
+    return nearest_at(searcher, pair, min(seen, key=lambda time: (seen[time], time)))
 
 
 def first_event(

@@ -265,6 +265,21 @@ def touch_ends(
     return wp.int64(-1)
 
 
+@wp.func
+def distance_to_prove(
+    roots: RootArrays, pair: wp.int32, behind_near: wp.bool, smallest: wp.float64
+):
+    """What a proof must leave: less than the smallest distance known, when that is looked for.
+
+    Behind the first near step only a touch at a sample counts.
+    """
+    if roots.mode == MINIMUM:
+        return smallest - MINIMUM_GOOD_TO
+    if roots.mode == AT_ALL_TIMES and behind_near:
+        return roots.touching_mm
+    return roots.free_mm[pair]
+
+
 @wp.kernel
 def search_roots(
     path: PathArrays,
@@ -285,8 +300,7 @@ def search_roots(
     pair = roots.first_pair + column
     slot = wp.where(roots.per_root == 1, root, pair)
     period = roots.period_ps
-    free = roots.free_mm[pair]
-    if free < wp.float64(0.0):
+    if roots.free_mm[pair] < wp.float64(0.0):
         return
     stack = wp.zeros(shape=(STACK,), dtype=Item)
     stack[0] = root_item(forest, roots, root, pair)
@@ -304,11 +318,7 @@ def search_roots(
         behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
         if behind and near_out[slot] <= step:
             continue
-        if roots.mode == MINIMUM:
-            free = distance_out[slot] - MINIMUM_GOOD_TO
-        if roots.mode == AT_ALL_TIMES:
-            # Behind the first near step only a touch at a sample counts.
-            free = wp.where(near_out[slot] <= step, roots.touching_mm, roots.free_mm[pair])
+        free = distance_to_prove(roots, pair, near_out[slot] <= step, distance_out[slot])
         items += wp.int64(1)
         view = view_of(path, chains.sides, motion, pair, item, period)
         proof = prove(path, chains, forest, motion, pair, item, view, free)

@@ -22,8 +22,8 @@ from gcodesim.motion.path import Path, path_fraction
 
 wp.set_module_options(BIT_EQUAL)
 
-PIECES, RUN_LEVELS, PARTS, INSTANTS = 16, 5, 24, 33
-TRIANGLES = 5
+PIECES, RUN_LEVELS, PARTS, INSTANTS = 16, 5, 10, 20
+TRIANGLES = 3
 SLACK_MM = 1e-9
 
 

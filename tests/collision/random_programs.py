@@ -105,7 +105,7 @@ def random_trial(seed: int, away: float | None = None) -> Trial:
     rng = np.random.default_rng([20261121, seed])
     kind = KINDS[seed % len(KINDS)]
     joints, tool_link = _joints(rng, kind)
-    m = _machine(rng, joints, tool_link, rng.uniform(0, FARTHEST) if away is None else away)
+    m = _machine(rng, joints, tool_link, rng.uniform(0, 100) if away is None else away)
     rows = random_program(rng, rng.uniform(5, 60))
     path, _ = plan(program(rows, start=START), m)
     if rng.random() < 0.3:
@@ -217,7 +217,8 @@ def _in_time(rng: np.random.Generator, at: Array, travel: float) -> list[Row]:
 def _rough(rng: np.random.Generator, at: Array, travel: float) -> list[Row]:
     """Many pieces far shorter than a sample, jittering on their way somewhere."""
     count = int(rng.integers(5, 150))
-    ends = np.linspace(at, at + 0.1 * (_somewhere(rng, travel) - at), count + 1)[1:]
+    way = 10 ** rng.uniform(-4, -1) * (_somewhere(rng, travel) - at)
+    ends = np.linspace(at, at + way, count + 1)[1:]
     ends += rng.normal(size=ends.shape) * rng.choice([0.0, 0.02])
     return [{"kind": Kind.FEED, "to": end, "f": 60 * 300.0} for end in ends]
 

@@ -27,7 +27,7 @@ from gcodesim.machine.kinematics import joint_displacement
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import ARC_PIECE, Path
 
-MACHINES = 330
+MACHINES = 390
 CHAINS = 5_000
 ROUNDING = 1e-9  # mm or rad
 
