@@ -301,6 +301,15 @@ def bench(program: str, json_path: str | None, csv_path: str | None, **given: An
             write_csv(report, out)
 
 
+@main.command()
+@click.argument("code")
+def explain(code: str) -> None:
+    """Say what CODE means and what to do: a code (GC405) or a meaning (feed_missing)."""
+    from gcodesim.explain import explain as explained
+
+    click.echo(explained(code))
+
+
 @main.group()
 def machine() -> None:
     """Look at machine files."""

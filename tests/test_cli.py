@@ -16,7 +16,7 @@ from gcodesim.constants import DEFAULT_PERIOD_PS
 
 PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"  # a feed move without a feed
-UNCLEAR = "G21 G90\nG0 X10\nG68 X0 Y0 R30\nM30\n"
+UNCLEAR = "G21 G90\nG0 X10\nG332 X0\nM30\n"
 TEXTS = {"pass.nc": PASSES, "fail.nc": FAILS, "unclear.nc": UNCLEAR}
 
 

@@ -11,6 +11,8 @@ from gcodesim.nc.meanings import MEANINGS
 if TYPE_CHECKING:
     from gcodesim.nc.codes import Row
 
+CALLS = ("M97", "M98", "M99", "G65")
+
 Token = tuple[str, str, str]
 """Letter and number of a word, or "", "" and a character that belongs to no word."""
 
@@ -20,9 +22,13 @@ class Block:
 
     Attributes:
         file, line, text: where it stands and what stands there.
+        row: its line among those of all sources.
+        compact: the code without blanks and delete mark, in capitals.
+        places: where each token stands in `compact`; None = one behind the other.
+        arguments: words of a macro call, in the order written.
         code: the text with comments blanked, so that columns stay.
         tokens: words in the order written, numbers as text.
-        messages: texts of (MSG, ...) comments.
+        messages: MSG, DEBUG or PRINT, and text, of such comments.
         deleted: begins with a block delete mark.
         rows: rows of the table of codes that its G and M words name, in the order written.
         values: values of the other words, without ignored ones.
@@ -31,24 +37,30 @@ class Block:
     """
 
     __slots__ = (
+        "arguments",
         "code",
+        "compact",
         "deleted",
         "file",
         "ignored",
         "line",
         "messages",
         "moves",
+        "places",
+        "row",
         "rows",
         "text",
         "tokens",
         "values",
     )
 
-    def __init__(self, file: str, line: int, text: str) -> None:
-        self.file, self.line, self.text = file, line, text
-        self.code = text
+    def __init__(self, file: str, line: int, text: str, row: int = 0) -> None:
+        self.file, self.line, self.text, self.row = file, line, text, row or line
+        self.code = self.compact = text
+        self.places: list[int] | None = None
+        self.arguments: list[tuple[str, float]] = []
         self.tokens: list[Token] = []
-        self.messages: tuple[str, ...] = ()
+        self.messages: tuple[tuple[str, str], ...] = ()
         self.deleted = False
         self.rows: list[Row] = []
         self.values: dict[str, float] = {}
@@ -60,6 +72,11 @@ class Block:
             if row.number == number and row.letter == letter:
                 return True
         return False
+
+    @property
+    def call(self) -> str:
+        """The code of this block that calls or returns."""
+        return next((row.name for row in self.rows if row.name in CALLS), "")
 
     def whole(self, letter: str) -> int:
         """Return the value of a word that must be a whole number, 0 or more.
@@ -97,15 +114,22 @@ class Block:
             what: what is wrong; the table adds what would be right.
             at: the word at fault: a letter, a code such as "G43.4", or the index of a token.
         """
-        code, right = MEANINGS[meaning]
         index = at if isinstance(at, int) else self._index(at)
+        return self._finding(meaning, what, self._column(index))
+
+    def error_at(self, place: int, meaning: str, what: str) -> ProgramError:
+        """Return the error that refuses this block, at an index of `compact`."""
+        return ProgramError(self._finding(meaning, what, self._column_of(place)))
+
+    def _finding(self, meaning: str, what: str, column: int) -> Finding:
+        code, right = MEANINGS[meaning]
         return Finding(
             code,
             f"{what}: {right}",
             meaning=meaning,
             file=self.file,
             line=self.line,
-            column=self._column(index),
+            column=column,
             block=self.text,
         )
 
@@ -123,7 +147,14 @@ class Block:
         Words are read from a copy of the line without blanks; only a finding needs the place in
         the line itself, so it is looked up here and not carried along.
         """
-        places = [i for i, character in enumerate(self.code) if character not in " \t"]
-        lengths = [sum(map(len, token)) for token in self.tokens]
-        place = len(places) - sum(lengths[index:])
-        return places[place] + 1 if place < len(places) else 1
+        if self.places is not None:
+            return self._column_of(self.places[index] if index < len(self.places) else 0)
+        behind = sum(sum(map(len, token)) for token in self.tokens[index:])
+        return self._column_of(len(self.compact) - behind)
+
+    def _column_of(self, place: int) -> int:
+        """Return the 1-based column of an index of `compact`."""
+        columns = [i for i, character in enumerate(self.code) if character not in " \t"]
+        # Both end together; a delete mark may be missing in front.
+        place += len(columns) - len(self.compact)
+        return columns[place] + 1 if 0 <= place < len(columns) else 1

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-from gcodesim.nc import cycles, moves, offsets, settings
+from gcodesim.nc import calls, cycles, five_axis, moves, offsets, settings, tables
 from gcodesim.nc.block import Block
 from gcodesim.nc.control import Control
 from gcodesim.nc.dialect import Dialect
@@ -22,7 +22,7 @@ class Group(Enum):
     NONE, MOTION, CYCLE, PLANE, DISTANCE, CENTRE_DISTANCE, FEED_MODE, UNIT = range(8)
     COMPENSATION, LENGTH, CYCLE_RETURN, WORK_OFFSET, PATH, FRAME, TABLE = range(8, 15)
     POLAR, MIRROR, ONE_SHOT = range(15, 18)
-    STOP, CHANGE, SPINDLE, COOLANT, CALL, OVERRIDE, TCP = range(18, 25)
+    STOP, CHANGE, SPINDLE, COOLANT, CALL, OVERRIDE, TCP, SPEED = range(18, 26)
 
 
 class Order(IntEnum):
@@ -67,6 +67,7 @@ class Row:
         action: None when it changes nothing the check looks at.
         refused: why gcodesim stops at this code; empty for a code it follows.
         dialects: names of the dialects that have it; empty = all.
+        optional: axis words beside it belong to motion when there is a motion code.
     """
 
     letter: str
@@ -78,6 +79,7 @@ class Row:
     action: Action | None = None
     refused: str = ""
     dialects: str = ""
+    optional: bool = False
 
     @property
     def name(self) -> str:
@@ -94,9 +96,6 @@ _G, _O = Group, Order
 _FANUC_HAAS = "fanuc haas"
 _ARC_WORDS = AXIS_WORDS + "IJKRP"
 _CYCLE_WORDS = AXIS_WORDS + "RQPLK"
-_TCP = "tool centre point control is not followed yet"
-_TILT = "tilted planes and table offsets are not followed yet"
-_CALLS = "subprograms are not followed yet"
 
 
 def _refused(
@@ -124,6 +123,8 @@ TABLE: tuple[Row, ...] = (
         moves.return_to_reference),
     Row("G", 300, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "P", "Return to the second point",
         moves.return_to_reference),
+    *(Row("G", number, _G.ONE_SHOT, _O.ONE_SHOT, "", "Store the reference point",
+          moves.store_reference, dialects="linuxcnc") for number in (281, 301)),
     Row("G", 40, _G.ONE_SHOT, _O.DWELL, "PXU", "Dwell", settings.dwell, dialects=_FANUC_HAAS),
     Row("G", 40, _G.ONE_SHOT, _O.DWELL, "P", "Dwell", settings.dwell, dialects="linuxcnc"),
     # Plane, unit, distance, feed mode.
@@ -161,10 +162,14 @@ TABLE: tuple[Row, ...] = (
         offsets.set_tool_length_words),
     Row("G", 432, _G.LENGTH, _O.LENGTH, "H", "Further tool length", offsets.set_tool_length),
     Row("G", 440, _G.LENGTH, _O.LENGTH, "H", "Tool length, negative", offsets.set_tool_length),
-    Row("G", 490, _G.LENGTH, _O.LENGTH, "", "Tool length off", offsets.cancel_tool_length),
-    _refused("G", 434, _G.LENGTH, "Tool centre point, rotary words", _TCP),
-    _refused("G", 435, _G.LENGTH, "Tool centre point, vectors", _TCP),
-    _refused("G", 2340, _G.LENGTH, "Tool centre point of Haas", _TCP),
+    Row("G", 490, _G.LENGTH, _O.LENGTH, "", "Tool length off",
+        five_axis.cancel_tool_centre_point),
+    Row("G", 434, _G.LENGTH, _O.LENGTH, "H", "Tool centre point, rotary words",
+        five_axis.set_tool_centre_point),
+    Row("G", 435, _G.LENGTH, _O.LENGTH, "HIJK", "Tool centre point, vectors",
+        five_axis.set_tool_centre_point),
+    Row("G", 2340, _G.LENGTH, _O.LENGTH, "H", "Tool centre point of Haas",
+        five_axis.set_tool_centre_point, dialects="haas"),
     # Work offsets.
     *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "", f"Work offset {index}",
           offsets.set_work_offset)
@@ -179,19 +184,35 @@ TABLE: tuple[Row, ...] = (
     Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, "", "Clear G92", offsets.cancel_g92),
     Row("G", 922, _G.ONE_SHOT, _O.ONE_SHOT, "", "Suspend G92", offsets.cancel_g92),
     Row("G", 923, _G.ONE_SHOT, _O.ONE_SHOT, "", "Restore G92", offsets.cancel_g92),
-    _refused("G", 100, _G.ONE_SHOT, "Set offsets or tools", "offsets set by programs are not yet"),
+    Row("G", 100, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "LPRIJQ", "Set offsets or tools",
+        tables.set_table),
     # Off-switches of modes that are never on.
-    Row("G", 690, _G.FRAME, _O.WORK_OFFSET, "", "Plane rotation off"),
-    Row("G", 2550, _G.TABLE, _O.WORK_OFFSET, "", "Table offset off", dialects="haas"),
-    Row("G", 150, _G.POLAR, _O.DISTANCE, "", "Polar words off"),
-    Row("G", 501, _G.MIRROR, _O.DISTANCE, "", "Mirror off"),
-    _refused("G", 680, _G.FRAME, "Rotation of the plane", "rotation is not followed yet"),
-    _refused("G", 682, _G.FRAME, "Tilted plane", _TILT),
-    _refused("G", 683, _G.FRAME, "Tilted plane from the tool axis", _TILT),
-    _refused("G", 531, _G.ONE_SHOT, "Tool axis normal to the plane", _TILT),
-    _refused("G", 2540, _G.TABLE, "Table offset of Haas", _TILT),
-    _refused("G", 160, _G.POLAR, "Polar words", "polar words are not followed yet"),
-    _refused("G", 511, _G.MIRROR, "Mirror", "mirroring is not followed yet"),
+    Row("G", 690, _G.FRAME, _O.WORK_OFFSET, "", "Plane rotation off", offsets.rotate_plane),
+    Row("G", 680, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "R", "Rotation of the plane",
+        offsets.rotate_plane, dialects=_FANUC_HAAS),
+    *(Row("G", number, _G.TABLE, _O.WORK_OFFSET, "", "Table offset of Haas, on and off",
+          five_axis.set_table_offset, dialects="haas") for number in (2540, 2550)),
+    Row("G", 542, _G.TABLE, _O.WORK_OFFSET, "P", "Table offset", five_axis.set_table_offset,
+        dialects="fanuc"),
+    Row("G", 150, _G.POLAR, _O.DISTANCE, "", "Polar words off", moves.set_polar),
+    Row("G", 160, _G.POLAR, _O.DISTANCE, "", "Polar words", moves.set_polar,
+        dialects=_FANUC_HAAS),
+    Row("G", 501, _G.MIRROR, _O.WORK_OFFSET, "", "Mirror off", offsets.mirror,
+        dialects="linuxcnc"),
+    Row("G", 501, _G.MIRROR, _O.WORK_OFFSET, AXIS_WORDS, "Mirror off", offsets.mirror,
+        dialects=_FANUC_HAAS, optional=True),
+    Row("G", 511, _G.MIRROR, _O.WORK_OFFSET, AXIS_WORDS, "Mirror", offsets.mirror,
+        dialects=_FANUC_HAAS),
+    Row("G", 682, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "IJKPQR", "Tilted plane",
+        five_axis.set_tilted_plane, dialects="fanuc"),
+    Row("G", 683, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "R", "Tilted plane from the tool axis",
+        five_axis.set_tilted_plane, dialects="fanuc"),
+    Row("G", 2680, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "IJKQ", "Tilted plane of Haas",
+        five_axis.set_tilted_plane, dialects="haas"),
+    Row("G", 2690, _G.FRAME, _O.WORK_OFFSET, "", "Tilted plane of Haas off",
+        offsets.rotate_plane, dialects="haas"),
+    Row("G", 531, _G.ONE_SHOT, _O.ONE_SHOT, "P", "Tool axis normal to the plane",
+        five_axis.align_tool, dialects="fanuc"),
     # Cycles, probing, calls.
     Row("G", 800, _G.CYCLE, _O.CYCLE_RETURN, "", "End of the cycle", cycles.end_cycle),
     *(Row("G", number * 10, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Canned cycle", cycles.run_cycle)
@@ -200,16 +221,28 @@ TABLE: tuple[Row, ...] = (
         dialects=_FANUC_HAAS),
     _refused("G", 760, _G.CYCLE, "Threading", "threading is for lathes", "linuxcnc"),
     Row("G", 870, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Back boring", cycles.run_cycle),
-    *(_refused("G", number, _G.MOTION, "Probing move", "probing is not followed yet")
-      for number in (310, 382, 383, 384, 385)),
-    *(_refused("G", number * 10, _G.ONE_SHOT, "Macro call", _CALLS) for number in (65, 66, 67)),
-    *(_refused("M", number * 10, _G.CALL, "Subprogram", _CALLS) for number in (97, 98, 99)),
-    *(_refused("M", number * 10, _G.TCP, "Tool centre point", _TCP) for number in (428, 429)),
+    Row("G", 310, _G.MOTION, _O.MOTION, AXIS_WORDS + "P", "Skip move", moves.probe,
+        dialects=_FANUC_HAAS),
+    *(Row("G", number, _G.MOTION, _O.MOTION, AXIS_WORDS, "Probing move", moves.probe,
+          dialects="linuxcnc") for number in (382, 383, 384, 385)),
+    Row("G", 650, _G.ONE_SHOT, _O.STOP, "PL", "Macro call", calls.call_macro),
+    *(_refused("G", number * 10, _G.ONE_SHOT, "Modal macro call",
+               "macros called after every move are not followed") for number in (66, 67)),
+    Row("M", 970, _G.CALL, _O.STOP, "PL", "Call of a block", calls.call_block, dialects="haas"),
+    Row("M", 980, _G.CALL, _O.STOP, "PL", "Subprogram", calls.call_program),
+    Row("M", 990, _G.CALL, _O.STOP, "P", "Return", calls.return_from_call),
+    Row("M", 4280, _G.TCP, _O.LENGTH, "", "Tool centre point", five_axis.set_tool_centre_point,
+        dialects="linuxcnc"),
+    Row("M", 4290, _G.TCP, _O.LENGTH, "", "Tool centre point off",
+        five_axis.cancel_tool_centre_point, dialects="linuxcnc"),
     # Accepted without an effect on the path.
     Row("G", 50, _G.NONE, _O.OTHER, "P", "High-speed machining", dialects=_FANUC_HAAS),
     Row("G", 51, _G.NONE, _O.OTHER, "QR", "Look-ahead", dialects=_FANUC_HAAS),
     Row("G", 80, _G.NONE, _O.OTHER, "P", "Look-ahead", dialects=_FANUC_HAAS),
     Row("G", 1870, _G.NONE, _O.OTHER, "PE", "Smoothness", dialects=_FANUC_HAAS),
+    # Spindle speed.
+    Row("G", 960, _G.SPEED, _O.FEED_MODE, "D", "Surface speed", settings.set_surface_speed),
+    Row("G", 970, _G.SPEED, _O.FEED_MODE, "", "Speed in rev/min", settings.set_surface_speed),
     # M codes.
     *(Row("M", number * 10, _G.STOP, _O.STOP, "", sentence, settings.stop)
       for number, sentence in ((0, "Stop"), (1, "Optional stop"), (2, "End"), (30, "End"))),

@@ -85,7 +85,7 @@ class Control:
         block_delete: blocks that begin with / are left out.
         inch: the control starts in G20.
         peck_backoff: G73 and G83 stop this far above the last depth [mm].
-    max_blocks: interpretation ends after this many blocks.
+        max_blocks: interpretation ends after this many blocks.
     """
 
     dialect: Dialect

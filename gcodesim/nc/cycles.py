@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from gcodesim.nc.block import Block
-from gcodesim.nc.moves import PLANES, feed_of, move, plane_target
-from gcodesim.nc.program import AXES, Kind
+from gcodesim.nc.moves import feed_of, move, plane_target
+from gcodesim.nc.program import AXES, PLANES, Kind
 from gcodesim.nc.settings import dwell_seconds
 from gcodesim.nc.state import State
 
@@ -71,7 +71,7 @@ class Hole:
     def dwell(self) -> None:
         """Stand still at the bottom."""
         if self.seconds:
-            self.state.recorder.add(Kind.DWELL, self.block.line, f=self.seconds)
+            self.state.recorder.add(Kind.DWELL, self.block.row, f=self.seconds)
 
     def _go(self, kind: Kind, level: float) -> None:
         state = self.state
@@ -98,6 +98,7 @@ def run_cycle(state: State, block: Block, number: int) -> None:
     if not block.moves or not repeats:
         return
     _check_words(state, block, number)
+    state.holes += repeats
     for _ in range(repeats):
         _make_hole(state, block, number)
 
@@ -184,8 +185,10 @@ def _peck_depths(hole: Hole) -> list[float]:
     """Return the levels of the pecks, the last one the bottom."""
     if not hole.q:
         return [hole.z]
-    count = (hole.r - hole.z) / hole.q
-    if count > MAX_STEPS:
+    holes = _repeats(hole.state, hole.block, hole.state.modal.cycle)
+    count = holes * (hole.r - hole.z) / hole.q
+    hole.state.holes += int(min(count, MAX_STEPS)) // holes
+    if hole.q < 0 or count > MAX_STEPS:
         raise hole.block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
     depths = []
     depth = hole.r - hole.q

@@ -19,6 +19,8 @@ class Dialect:
         rapid: shape of a rapid move: linear | dogleg. Read by motion/, not here.
         g80: G80 ends the motion mode, or only cycles: motion | cycle.
         r_and_ijk: an arc with R and centre words: r_wins | error.
+        macros: language of macros: fanuc (Macro B) | linuxcnc (with o-words).
+        m99: M99 in the main program: end (one pass) | restart.
         g87: back boring with a shift Q, or with centre words I J and the top K: shift | centre.
     """
 
@@ -29,12 +31,16 @@ class Dialect:
     g80: str
     r_and_ijk: str
     g87: str
+    macros: str
+    m99: str
 
 
 DIALECTS: dict[str, Dialect] = {
-    "fanuc": Dialect("fanuc", "G98", "ms", "dogleg", "cycle", "r_wins", "shift"),
-    "haas": Dialect("haas", "G98", "point", "dogleg", "cycle", "error", "shift"),
-    "linuxcnc": Dialect("linuxcnc", "G99", "s", "linear", "motion", "error", "centre"),
+    "fanuc": Dialect("fanuc", "G98", "ms", "dogleg", "cycle", "r_wins", "shift", "fanuc", "end"),
+    "haas": Dialect("haas", "G98", "point", "dogleg", "cycle", "error", "shift", "fanuc", "end"),
+    "linuxcnc": Dialect(
+        *("linuxcnc", "G99", "s", "linear", "motion", "error", "centre", "linuxcnc", "restart")
+    ),
 }
 
 CHOICES: dict[str, tuple[str, ...]] = {
@@ -44,6 +50,8 @@ CHOICES: dict[str, tuple[str, ...]] = {
     "g80": ("motion", "cycle"),
     "r_and_ijk": ("r_wins", "error"),
     "g87": ("shift", "centre"),
+    "macros": ("fanuc", "linuxcnc"),
+    "m99": ("end", "restart"),
 }
 
 

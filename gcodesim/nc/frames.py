@@ -1,4 +1,4 @@
-"""From program points to machine positions: work offset, rotation, G92 and tool offset."""
+"""From program points to machine positions: work offset, rotation, mirror, G92 and tool offset."""
 
 from __future__ import annotations
 
@@ -7,17 +7,25 @@ from dataclasses import dataclass, field
 
 from gcodesim.nc.control import ZERO
 
+Matrix = tuple[tuple[float, float, float], ...]
+"""Three rows of a matrix for X Y Z."""
+
+UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
 
 @dataclass(slots=True)
 class Frames:
-    """The offsets in force: m = Rz(rotation) (p + g92) + g5x + tool (nc-language section 5).
+    """The offsets in force: m = Rz(rotation) (M p + o + g92) + g5x + tool (nc-language section 5).
 
+    M p + o is the mirror (G51.1), then the plane rotation (G68) of the program, else p itself.
     All vectors are X Y Z [mm], A B C [deg]; call `update` after a change of any field.
 
     Attributes:
         g5x, rotation: active work offset, and its rotation of X and Y about Z [deg].
         g92: offset in force; g92_kept: what G92.2 laid aside for G92.3.
         tool: tool offset.
+        mirror: axis index -> coordinate of the mirror plane [mm].
+        turn_about: centre [mm], normal axis index and angle [deg] of G68, None when off.
     """
 
     g5x: list[float] = field(default_factory=lambda: list(ZERO))
@@ -25,31 +33,103 @@ class Frames:
     g92: list[float] = field(default_factory=lambda: list(ZERO))
     g92_kept: list[float] = field(default_factory=lambda: list(ZERO))
     tool: list[float] = field(default_factory=lambda: list(ZERO))
+    mirror: dict[int, float] = field(default_factory=dict)
+    turn_about: tuple[list[float], int, float] | None = None
     _shift: list[float] = field(default_factory=lambda: list(ZERO))
     _cos: float = 1.0
     _sin: float = 0.0
+    _matrix: Matrix | None = None
+
+    @property
+    def is_plain(self) -> bool:
+        """No mirror and no G68: at most X and Y are turned about Z."""
+        return self._matrix is None
+
+    @property
+    def shift(self) -> tuple[list[float], float, float]:
+        """What a plain frame adds, and cosine and sine of its turn."""
+        return self._shift, self._cos, self._sin
 
     def update(self) -> None:
         """Work out the one sum and the one rotation that a point needs."""
         angle = math.radians(self.rotation)
         self._cos, self._sin = math.cos(angle), math.sin(angle)
-        turned = self.turn(self.g92)
+        turned = about_z(self._cos, self._sin, self.g92)
+        self._matrix = None
+        if self.mirror or self.turn_about:
+            matrix, origin = self._transform()
+            rows = ((self._cos, -self._sin, 0.0), (self._sin, self._cos, 0.0), UNIT[2])
+            self._matrix = _product(rows, matrix)
+            moved = about_z(self._cos, self._sin, [*origin, 0.0, 0.0, 0.0])
+            turned = [a + b for a, b in zip(turned, moved, strict=True)]
         self._shift = [t + g + n for t, g, n in zip(turned, self.g5x, self.tool, strict=True)]
 
+    def _transform(self) -> tuple[Matrix, list[float]]:
+        """Return M and o of mirror and plane rotation."""
+        signs = [-1.0 if i in self.mirror else 1.0 for i in range(3)]
+        origin = [2.0 * self.mirror.get(i, 0.0) for i in range(3)]
+        matrix: Matrix = tuple(
+            (signs[i] * row[0], signs[i] * row[1], signs[i] * row[2]) for i, row in enumerate(UNIT)
+        )
+        if self.turn_about is None:
+            return matrix, origin
+        centre, normal, angle = self.turn_about
+        turn = _rotation(normal, math.radians(angle))
+        arm = _apply(turn, [o - c for o, c in zip(origin, centre, strict=True)])
+        return _product(turn, matrix), [a + c for a, c in zip(arm, centre, strict=True)]
+
     def turn(self, vector: list[float]) -> list[float]:
-        """Return a vector of the program frame in directions of the machine frame."""
-        x, y, *rest = vector
-        return [self._cos * x - self._sin * y, self._sin * x + self._cos * y, *rest]
+        """Return a direction of the program frame in directions of the machine frame."""
+        if self._matrix is not None:
+            return [*_apply(self._matrix, vector[:3]), *vector[3:]]
+        return about_z(self._cos, self._sin, vector)
+
+    @property
+    def mirrored(self) -> bool:
+        """An odd number of axes is mirrored: arcs turn the other way round."""
+        return len(self.mirror) % 2 == 1
 
     def machine(self, point: list[float]) -> list[float]:
         """Return the machine position of a program point."""
         x, y, z, a, b, c = point
         dx, dy, dz, da, db, dc = self._shift
-        if self._sin:
+        if self._matrix is not None:
+            x, y, z = _apply(self._matrix, point[:3])
+        elif self._sin:
             x, y = self._cos * x - self._sin * y, self._sin * x + self._cos * y
         return [x + dx, y + dy, z + dz, a + da, b + db, c + dc]
 
     def program(self, position: list[float]) -> list[float]:
         """Return the program point of a machine position."""
         x, y, *rest = (m - s for m, s in zip(position, self._shift, strict=True))
+        if self._matrix is not None:
+            # The matrix is orthogonal, so its transpose takes back what it did.
+            back: Matrix = tuple(zip(*self._matrix, strict=True))
+            return [*_apply(back, [x, y, rest[0]]), *rest[1:]]
         return [self._cos * x + self._sin * y, self._cos * y - self._sin * x, *rest]
+
+
+def about_z(cos: float, sin: float, vector: list[float]) -> list[float]:
+    """Return a vector turned about Z by the angle with this cosine and sine."""
+    x, y, *rest = vector
+    return [cos * x - sin * y, sin * x + cos * y, *rest]
+
+
+def _rotation(normal: int, angle: float) -> Matrix:
+    """Return the rotation about axis `normal`, counter-clockwise seen from its positive end."""
+    u, v = (normal + 1) % 3, (normal + 2) % 3
+    rows = [list(row) for row in UNIT]
+    rows[u][u] = rows[v][v] = math.cos(angle)
+    rows[v][u] = math.sin(angle)
+    rows[u][v] = -math.sin(angle)
+    return tuple((row[0], row[1], row[2]) for row in rows)
+
+
+def _apply(matrix: Matrix, vector: list[float]) -> list[float]:
+    x, y, z = vector
+    return [a * x + b * y + c * z for a, b, c in matrix]
+
+
+def _product(left: Matrix, right: Matrix) -> Matrix:
+    columns = [_apply(left, list(column)) for column in zip(*right, strict=True)]
+    return tuple((columns[0][i], columns[1][i], columns[2][i]) for i in range(3))

@@ -7,23 +7,32 @@ all: an error takes back what the block has recorded, and nothing behind it is i
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from gcodesim.errors import ProgramError
 from gcodesim.findings import Finding
 from gcodesim.nc import moves, settings
 from gcodesim.nc.block import Block
+from gcodesim.nc.calls import ARGUMENTS
 from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Order, Row, codes_for, unknown_m
 from gcodesim.nc.control import Control
+from gcodesim.nc.flow import AllLines, Flow, FlowError, Source
 from gcodesim.nc.lexer import explain, lex
+from gcodesim.nc.macros import Macros
+from gcodesim.nc.parameters import Parameters
 from gcodesim.nc.program import CanonicalProgram, Kind
-from gcodesim.nc.reader import split_lines
+from gcodesim.nc.runs import Runs
 from gcodesim.nc.state import LIMIT, State
+from gcodesim.nc.statements import SIGN as MACRO_SIGN
+from gcodesim.nc.structure import StructureError
 
 END_OF_MOTION = 800
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
 CENTRE_WORDS = frozenset("IJKR")
+MACRO_CALL = "G65"
+ARGUMENT_LETTERS = ARGUMENTS.keys() | set("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
 NO_MOTION = Row("G", END_OF_MOTION, Group.MOTION, Order.MOTION, "", "No motion mode")
 PERCENT = [("", "", "%")]
@@ -41,7 +50,8 @@ class Interpretation:
         ignored: letters and codes dropped by the machine file: "word E (34148 times)".
         unsupported: codes that were not followed: "G41 line 12".
         stopped: a finding ended interpretation before the program's end.
-        lines: the program's lines; line n is lines[n - 1].
+        lines: the lines of all texts, one behind the other; line n is lines[n - 1].
+        files: name of every text, and the number of lines before it; the main program first.
     """
 
     program: CanonicalProgram
@@ -51,12 +61,18 @@ class Interpretation:
     ignored: tuple[str, ...]
     unsupported: tuple[str, ...]
     stopped: bool
-    lines: list[str]
+    lines: Sequence[str]
+    files: tuple[tuple[str, int], ...]
 
     @property
     def line_count(self) -> int:
-        """Number of lines of the program text."""
+        """Number of lines of all program texts."""
         return len(self.lines)
+
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file that a line of `lines` stands in, and its number there."""
+        file, before = next(entry for entry in reversed(self.files) if entry[1] < max(line, 1))
+        return file, line - before
 
 
 def interpret(text: str, control: Control, file: str = "") -> Interpretation:
@@ -70,7 +86,7 @@ def interpret(text: str, control: Control, file: str = "") -> Interpretation:
     Returns:
         The canonical program and what there is to say about it. Never raises for bad programs.
     """
-    return Interpreter(control, file).run(split_lines(text))
+    return Interpreter(control, file).run(text)
 
 
 class Interpreter:
@@ -85,18 +101,22 @@ class Interpreter:
         self.control, self.file = control, file
         self.state = State(control)
         self.blocks = self.last_line = 0
+        parameters = Parameters(self.state)
+        self._flow = Flow(parameters)
+        self._macros = Macros(self.state, parameters, self._flow)
+        self._runs = Runs(self.state)
         self._codes = codes_for(control)
         self._rows: dict[tuple[str, str], Row] = {}
         self._plain_words = frozenset(control.axes) & frozenset(AXIS_WORDS) | {"N", "F"}
-        self._opened = False
 
-    def run(self, lines: list[str]) -> Interpretation:
+    def run(self, text: str) -> Interpretation:
         """Interpret all lines up to the program's end or the first refused block."""
-        state = self.state
+        state, sources = self.state, self._flow.sources
         state.emit(Kind.G5X, Block(self.file, 0, ""), state.frames.g5x, aux=1)
         state.emit(Kind.G92, Block(self.file, 0, ""), state.frames.g92)
-        stopped = not self._run_lines(lines)
+        stopped = not self._open(text) or not self._run_lines()
         if not stopped and not state.ended:
+            lines = sources[0].lines
             block = Block(self.file, max(len(lines), 1), lines[-1] if lines else "")
             state.report(block.finding("program_end_missing", "the program has no end"))
         return Interpretation(
@@ -109,19 +129,37 @@ class Interpreter:
             ),
             unsupported=tuple(state.unsupported),
             stopped=stopped,
-            lines=lines,
+            lines=AllLines(sources) if len(sources) > 1 else sources[0].lines,
+            files=tuple((source.file, source.first) for source in sources),
         )
 
-    def _run_lines(self, lines: list[str]) -> bool:
+    def _open(self, text: str) -> bool:
+        """Read the program's structure; return False when its blocks do not close each other."""
+        try:
+            self._flow.open(text, self.file)
+        except StructureError as error:
+            line = self._flow.sources[0].lines[error.line]
+            block = Block(self.file, error.line + 1, line)
+            self.state.report(block.finding("block_structure", str(error)))
+            return False
+        return True
+
+    def _run_lines(self) -> bool:
         """Run blocks; return False when one of them ended interpretation."""
-        state = self.state
-        first = self._skip_opening_percent(lines)
-        for number in range(first, len(lines)):
-            if state.ended:
-                break
-            block = Block(self.file, number + 1, lines[number])
+        state, flow = self.state, self._flow
+        while not state.ended:
+            source, number = flow.source, flow.index
+            if number >= source.structure.end:
+                return self._text_ended(source, number)
+            if taken := self._runs.take(source, number, self.control.max_blocks - self.blocks):
+                flow.index = number + taken
+                self.blocks += self._runs.blocks
+                self.last_line = self._runs.last_line or self.last_line
+                continue
+            block = self._block(source, number)
+            flow.index = number + 1
             mark = len(state.recorder)
-            if self.blocks == self.control.max_blocks:
+            if self.blocks + state.holes >= self.control.max_blocks:
                 state.report(block.finding("max_blocks", f"limit of {self.blocks} blocks"))
                 return False
             try:
@@ -132,13 +170,18 @@ class Interpreter:
                 return False
         return True
 
-    def _skip_opening_percent(self, lines: list[str]) -> int:
-        """Return the index of the first line to run, behind a % on the first non-blank line."""
-        for index, line in enumerate(lines):
-            if line.strip():
-                self._opened = line.strip() == "%"
-                return index + 1 if self._opened else index
-        return len(lines)
+    def _text_ended(self, source: Source, number: int) -> bool:
+        """Tell whether the main program may end here, behind its text; a subprogram may not."""
+        self.state.ended = number < len(source.lines)
+        if self._flow.is_main:
+            return True
+        block = self._block(source, max(number - 1, 0))
+        what = "the subprogram ends without M99 or endsub"
+        self.state.report(block.finding("block_structure", what))
+        return False
+
+    def _block(self, source: Source, number: int) -> Block:
+        return Block(source.file, number + 1, source.lines[number], source.first + number + 1)
 
     def _run_block(self, block: Block) -> None:
         # Step 1: characters to words.
@@ -147,31 +190,46 @@ class Interpreter:
             return
         if block.deleted and self.control.block_delete:
             return
-        if block.tokens == PERCENT and self._opened:
-            self.state.ended = True
-            return
-        for text in block.messages:
-            self.state.recorder.message(block.line, text)
+        statement = None
+        if MACRO_SIGN.search(block.compact):
+            statement = self._macros.read(block)
+        for kind, text in block.messages:
+            shown = text if kind == "MSG" else self._macros.message(text)
+            self.state.recorder.message(block.row, shown)
+        self.blocks += 1
+        self.last_line = block.row
+        if block.tokens or statement is None:
+            self._run_words(block)
+        if statement is not None:
+            self._macros.go_on(block, statement)
+
+    def _run_words(self, block: Block) -> None:
         # Step 2: words to codes and values.
         self._read(block)
         # Steps 3 and 4; a plain block has nothing to check, and its order is known.
-        self.blocks += 1
-        self.last_line = block.line
         if not self._run_plain(block):
             for row in self._check(block):
                 if row.action is not None:
                     row.action(self.state, block, row.number)
+            if self.state.request is not None:
+                request, self.state.request = self.state.request, None
+                try:
+                    request(self._flow)
+                except FlowError as error:
+                    raise block.error(error.meaning, str(error), block.call) from None
 
     def _read(self, block: Block) -> None:
         """Step 2: find the row of every code, and keep the value of every other word."""
-        values, ignore = block.values, self.control.ignore_words
+        values, ignore, called = block.values, self.control.ignore_words, False
         for index, (letter, number, _) in enumerate(block.tokens):
-            if letter in ("G", "M"):
-                block.rows.append(
-                    self._rows.get((letter, number)) or self._row(block, letter, number, index)
-                )
+            if letter == "G" or (letter == "M" and not called):
+                row = self._rows.get((letter, number)) or self._row(block, letter, number, index)
+                block.rows.append(row)
+                called = called or row.name == MACRO_CALL
             elif not letter:
                 raise self._stray(block, index)
+            elif called and letter in ARGUMENT_LETTERS:
+                self._argument(block, letter, number, index)
             elif letter in ignore:
                 block.ignored = True
                 self.state.ignored[f"word {letter}"] += 1
@@ -182,8 +240,14 @@ class Interpreter:
                 if len(number) > 12 and letter != "N" and abs(values[letter]) > LIMIT:
                     raise block.error("number_too_large", f"{letter}{number}", index)
 
+    def _argument(self, block: Block, letter: str, number: str, index: int) -> None:
+        """Keep a word behind G65; only I J K may be repeated."""
+        if letter not in "IJK" and any(letter == other for other, _ in block.arguments):
+            raise block.error("duplicate_word", f"{letter} twice", index)
+        block.arguments.append((letter, float(number)))
+
     def _stray(self, block: Block, index: int) -> ProgramError:
-        if block.tokens == PERCENT:
+        if block.tokens == PERCENT and not self._flow.source.opened:
             return block.error("stray_percent", "% without an opening one", index)
         return explain(block, index)
 
@@ -231,7 +295,11 @@ class Interpreter:
             # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
             others = [row for row in others if not row.takes_axes]
         # Axis words belong to the code that takes them, and only else to motion.
-        takers = [row for row in others if row.takes_axes or axis_words & set(row.words)]
+        takers = [
+            row
+            for row in others
+            if (row.takes_axes or axis_words & set(row.words)) and not (row.optional and motion)
+        ]
         if len(takers) > 1:
             what = f"{takers[0].name} and {takers[1].name} both take axis words"
             raise block.error("modal_conflict", what, takers[1].name)
@@ -273,8 +341,7 @@ class Interpreter:
         for row in rows:
             if row.refused:
                 self.state.unsupported.append(f"{row.name} line {block.line}")
-                meaning = "unknown_g" if row.letter == "G" else "unsupported_m"
-                raise block.error(meaning, f"{row.name} ({row.refused})", row.name)
+                raise block.error("unknown_g", f"{row.name} ({row.refused})", row.name)
         return rows
 
     def _check_words(self, block: Block, rows: list[Row], unclaimed: str) -> None:

@@ -19,11 +19,7 @@ MAX_LINE_LENGTH = 4096
 TOKEN = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
 DELETE = re.compile(r"/[1-9]?")
-MESSAGE = re.compile(r"\(\s*(?:MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
-MACRO = re.compile(
-    r"[#\[\]=<>]|GOTO|WHILE|THEN|IF|END[0-9]|DO[0-9]"
-    r"|^O[0-9]+(SUB|ENDSUB|CALL|RETURN|ELSE|ENDIF|DO|ENDWHILE|REPEAT|ENDREPEAT|BREAK|CONTINUE)"
-)
+MESSAGE = re.compile(r"\(\s*(MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
 
 
 def lex(block: Block) -> None:
@@ -45,6 +41,7 @@ def lex(block: Block) -> None:
         compact = DELETE.sub("", compact, count=1)
     elif compact[:1] == ":":
         compact = "O" + compact[1:]
+    block.compact = compact
     block.tokens = TOKEN.findall(compact)
 
 
@@ -52,10 +49,11 @@ def _blank_comments(block: Block) -> None:
     """Turn comments into blanks and keep their messages."""
     comments = COMMENT.findall(block.text)
     block.code = COMMENT.sub(lambda match: " " * len(match[0]), block.text)
-    block.messages = tuple(m[1] for m in map(MESSAGE.fullmatch, comments) if m)
+    block.messages = tuple((m[1].upper(), m[2]) for m in map(MESSAGE.fullmatch, comments) if m)
     if (place := block.code.find("(")) >= 0:
         block.tokens = [("", "", character) for character in block.code if character not in " \t"]
         index = block.tokens.index(("", "", "("))
+        block.compact = "".join(token[2] for token in block.tokens)
         if ")" in block.text[place:]:
             raise block.error("comment_nested", "( inside a comment", index)
         raise block.error("comment_unclosed", "( without )", index)
@@ -64,8 +62,6 @@ def _blank_comments(block: Block) -> None:
 def explain(block: Block, index: int) -> ProgramError:
     """Return the error for token `index`, which is no word."""
     character = block.tokens[index][2]
-    if MACRO.search("".join(map("".join, block.tokens))):
-        return block.error("macro_unsupported", "macro or o-word", index)
     if character.isalpha() and character.isascii():
         return block.error("number_expected", f"{character} without a number", index)
     return block.error("bad_character", repr(character), index)

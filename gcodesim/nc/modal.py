@@ -18,6 +18,7 @@ class Modal:
         tool: tool number in the spindle, None before the first change.
         cycle_words: words the cycle keeps, lengths in mm and P in seconds; Z is the depth.
         initial: depth-axis value when the cycle became modal [mm].
+        pole, radius, angle: centre, radius [mm] and angle [deg] of the last polar point.
         rigid_tapping: M29 was read: tapping cycles turn the spindle themselves.
     """
 
@@ -34,8 +35,11 @@ class Modal:
     work_offset: int = 540  # G54 .. G59, G59.1 .. G59.3, G54.1
     path: int = 640  # G61 G61.1 G64, without effect: the exact path is checked
     spindle: int = 50  # M3 M4 M5 M19
+    polar: int = 150  # G15 G16
+    surface_speed: bool = False  # G96 G97: S is no number of revolutions
     # coolant: M7 M8 M9; not kept, it moves nothing
-    # plane frame: G69; table offset: G255; polar: G15; mirror: G50.1; their other codes are refused
+    # plane frame: G68 G69; mirror: G51.1 G50.1; kept in Frames
+    # tilted planes, tool centre point and table offset: their codes are refused
     feed: float | None = None
     feed_scale: float = 1.0
     feed_given: bool = False
@@ -44,4 +48,7 @@ class Modal:
     tool: int | None = None
     cycle_words: dict[str, float] = field(default_factory=dict)
     initial: float = 0.0
+    pole: tuple[float, float] = (0.0, 0.0)
+    radius: float = 0.0
+    angle: float = 0.0
     rigid_tapping: bool = False

@@ -6,15 +6,13 @@ import math
 
 from gcodesim.nc.arcs import ArcError, Point, centre_from_radius, check_centre
 from gcodesim.nc.block import Block
+from gcodesim.nc.five_axis import refusal
 from gcodesim.nc.offsets import axis_values
-from gcodesim.nc.program import AXES, Kind
+from gcodesim.nc.program import AXES, PLANES, Kind
 from gcodesim.nc.state import State
 from gcodesim.nc.wrap import unwound
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
-
-PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
-"""Plane code -> indices of u, v and the normal w."""
 
 CENTRE_WORDS = "IJK"
 
@@ -32,7 +30,39 @@ def target(state: State, block: Block) -> list[float]:
                 point[i] += length
             else:
                 point[i] = _unwound(state, i, value, point) if letter in wraps else length
+    if state.modal.polar == 160:
+        _apply_polar(state, block, point)
     return point
+
+
+def _apply_polar(state: State, block: Block, point: list[float]) -> None:
+    """G16: the first word of the plane is a radius, the second an angle, and replace the point.
+
+    A radius in G91 makes the current point the pole; one in G90 takes program zero.
+    """
+    modal, words = state.modal, block.values
+    u, v, _ = PLANES[modal.plane]
+    incremental = modal.distance == 910
+    if AXES[u] not in words and AXES[v] not in words:
+        return
+    if AXES[u] in words:
+        modal.pole = (state.point[u], state.point[v]) if incremental else (0.0, 0.0)
+        modal.radius = words[AXES[u]] * state.scale
+    if AXES[v] in words:
+        modal.angle = words[AXES[v]] + (modal.angle if incremental else 0.0)
+    angle = math.radians(modal.angle)
+    point[u] = modal.pole[0] + modal.radius * math.cos(angle)
+    point[v] = modal.pole[1] + modal.radius * math.sin(angle)
+
+
+def set_polar(state: State, block: Block, number: int) -> None:
+    """G15 G16: polar words begin at the current point."""
+    modal = state.modal
+    modal.polar = number
+    u, v, _ = PLANES[modal.plane]
+    modal.pole = (0.0, 0.0)
+    modal.radius = math.hypot(state.point[u], state.point[v])
+    modal.angle = math.degrees(math.atan2(state.point[v], state.point[u]))
 
 
 def plane_target(state: State, block: Block) -> list[float]:
@@ -70,10 +100,12 @@ def straight(state: State, block: Block, number: int) -> None:
 
 def move(state: State, block: Block, kind: Kind, position: list[float], f: float) -> None:
     """Record a straight move to a machine position; one of no length is left out."""
+    if state.unfollowed:
+        raise refusal(state, block)
     if position != state.position:
         modal = state.modal
         mode = modal.feed_mode // 10
-        state.recorder.add(kind, block.line, position, f=f, mode=mode, speed=modal.speed)
+        state.recorder.add(kind, block.row, position, f=f, mode=mode, speed=modal.speed)
         state.position = position
 
 
@@ -87,7 +119,9 @@ def _machine_target(state: State, block: Block) -> list[float]:
     return position
 
 
-def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
+def feed_of(
+    state: State, block: Block, rotary_only: bool = False, *, cutting: bool = True
+) -> float:
     """Return the feed of a move as the feed mode counts it, lengths in mm.
 
     Raises:
@@ -105,7 +139,7 @@ def feed_of(state: State, block: Block, rotary_only: bool = False) -> float:
         raise block.error("feed_missing", "feed move without F")
     if modal.feed_mode == 950 and not modal.speed:
         raise block.error("feed_per_rev_no_spindle", "G95 with S0")
-    if modal.spindle not in (30, 40) and not state.has_reported("spindle_off_feed"):
+    if cutting and modal.spindle not in (30, 40) and not state.has_reported("spindle_off_feed"):
         what = "feed move with the spindle off"
         state.report(block.finding("spindle_off_feed", what))
     return feed
@@ -132,14 +166,16 @@ def arc(state: State, block: Block, number: int) -> None:
     row = (
         tuple(frames.machine(centre)[:3]),
         tuple(frames.turn(normal)[:3]),
-        -turns if clockwise else turns,
+        -turns if clockwise != frames.mirrored else turns,
     )
+    if state.unfollowed:
+        raise refusal(state, block)
     f = feed_of(state, block)
     state.position = state.reach(end)
     state.point = end
     state.recorder.add(
         Kind.ARC,
-        block.line,
+        block.row,
         state.position,
         f=f,
         mode=modal.feed_mode // 10,
@@ -180,6 +216,23 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
     return centre
 
 
+def store_reference(state: State, block: Block, number: int) -> None:
+    """G28.1 G30.1: the current position becomes the reference point."""
+    state.reference[f"G{number // 10}"] = dict(zip(AXES, state.position, strict=True))
+
+
+def probe(state: State, block: Block, number: int) -> None:
+    """G31 G38.x: a feed move, for contact is never made; the motion mode stays."""
+    if not block.moves:
+        raise block.error("axis_missing", f"G{number / 10:g} without axis words")
+    point = target(state, block)
+    position = state.reach(point)
+    rotary_only = position[:3] == state.position[:3]
+    feed = feed_of(state, block, rotary_only, cutting=False)
+    move(state, block, Kind.FEED, position, feed)
+    state.point = point
+
+
 def return_to_reference(state: State, block: Block, number: int) -> None:
     """G28 G30: by way of the words, then only the named axes to the reference point."""
     code = f"G{number // 10}"
@@ -189,7 +242,7 @@ def return_to_reference(state: State, block: Block, number: int) -> None:
         named = list(state.control.axes)
     if block.values.get("P", 2.0) != 2.0:
         raise block.error("reference_not_found", f"{code} P{block.values['P']:g}", "P")
-    reference = state.control.reference.get(code, {})
+    reference = state.reference.get(code, {})
     if missing := [letter for letter in named if letter not in reference]:
         raise block.error("reference_not_found", f"{code} {missing[0]}", missing[0])
     move(state, block, Kind.RAPID, state.reach(target(state, block)), 0.0)

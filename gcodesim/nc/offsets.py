@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gcodesim.nc.block import Block
 from gcodesim.nc.control import ZERO, WorkOffset
-from gcodesim.nc.program import AXES, Kind
+from gcodesim.nc.program import AXES, PLANES, Kind
 from gcodesim.nc.state import State
 
 ADDITIONAL = 100
@@ -33,11 +33,12 @@ def set_additional_offset(state: State, block: Block, number: int) -> None:
 
 
 def _activate(state: State, block: Block, index: int, number: int) -> None:
-    offset = state.control.offsets.get(index)
+    offset = state.offsets.get(index)
     if offset is None and index != 1:
         name = f"G54.1 P{index - ADDITIONAL}" if index > ADDITIONAL else f"G{number / 10:g}"
         raise block.error("offset_not_found", name, f"G{number / 10:g}")
     offset = offset or WorkOffset()
+    state.work_offset = index
     same = list(offset.value) == state.frames.g5x and offset.rotation == state.frames.rotation
     if same and state.modal.work_offset == number:
         return
@@ -88,6 +89,41 @@ def _needed(state: State, block: Block, code: str) -> dict[int, float]:
     return values
 
 
+def rotate_plane(state: State, block: Block, number: int) -> None:
+    """G68: program points turn by R about the words, or about the current point; G69 ends it."""
+    frames = state.frames
+    if number != 680:
+        state.unfollowed.pop("frame", None)
+        if frames.turn_about is None:
+            return
+        frames.turn_about = None
+    elif "R" not in block.values:
+        raise block.error("rotation_without_angle", "G68 without R", "G68")
+    else:
+        _, _, normal = PLANES[state.modal.plane]
+        values = axis_values(state, block)
+        centre = [values.get(i, state.point[i]) for i in range(3)]
+        frames.turn_about = (centre, normal, block.values["R"])
+    state.reframe()
+
+
+def mirror(state: State, block: Block, number: int) -> None:
+    """G51.1: program points are mirrored at the words; G50.1 ends it for the axes it names."""
+    frames = state.frames
+    values = axis_values(state, block)
+    if rotary := next((letter for letter in "ABC" if letter in block.values), ""):
+        raise block.error("unused_word", f"{rotary} cannot be mirrored", rotary)
+    if number == 511:
+        frames.mirror |= _needed(state, block, "G51.1")
+    elif values:
+        frames.mirror = {i: at for i, at in frames.mirror.items() if i not in values}
+    elif frames.mirror:
+        frames.mirror = {}
+    else:
+        return
+    state.reframe()
+
+
 def select_tool(state: State, block: Block, number: int) -> None:
     """T."""
     tool = block.whole("T")
@@ -124,7 +160,7 @@ def _load(state: State, block: Block, tool: int) -> None:
 
 
 def _check_tool(state: State, block: Block, tool: int, letter: str) -> None:
-    tools = state.control.tools
+    tools = state.tools
     if tools is not None and tool and tool not in tools:
         raise block.error("tool_not_found", f"{letter}{tool}", letter)
 
@@ -154,6 +190,7 @@ def cancel_tool_length(state: State, block: Block, number: int) -> None:
 
 
 def _set_tool_offset(state: State, block: Block, value: list[float], number: int) -> None:
+    state.unfollowed.pop("length", None)
     state.frames.tool = value
     state.modal.length = number
     state.reframe()
@@ -167,12 +204,12 @@ def _tool_offset(state: State, block: Block) -> list[float]:
     """
     control = state.control
     entry = block.whole("H") if "H" in block.values else state.modal.tool
-    if control.tools is None and entry != 0:
+    if state.tools is None and entry != 0:
         if not control.tool_for_all:
             what = f"no tools file gives the length of H{entry}" if entry else "no tools file"
             state.report(block.finding("tool_without_shape", what, "G43"), f"H{entry}")
         return [0.0, 0.0, control.mounted_length, 0.0, 0.0, 0.0]
-    if not entry or control.tools is None:
+    if not entry or state.tools is None:
         return list(ZERO)
     _check_tool(state, block, entry, "H")
-    return list(control.tools[entry].offset)
+    return list(state.tools[entry].offset)

@@ -17,6 +17,10 @@ AXES = "XYZABC"
 """Order of the six axis columns: X Y Z in mm, A B C in degrees."""
 
 
+PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
+"""Plane code -> indices of u, v and the normal w."""
+
+
 class Kind(IntEnum):
     """Kind of a canonical command, named as in RS274/NGC."""
 

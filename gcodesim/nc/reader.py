@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gcodesim.errors import UsageError
+
+CHUNK = 1 << 22
+"""Bytes looked at in one step: small enough for its arrays to stay small."""
+
+LEADER = b"\x00\x7f"
+"""Tape leader: NUL and DEL before the first block and behind the last are no text."""
 
 
 def decode(data: bytes) -> str:
@@ -27,9 +38,64 @@ def read_program(path: str | Path) -> str:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def split_lines(text: str) -> list[str]:
-    """Return the lines of a program, ended by LF, CRLF or CR and by nothing else."""
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    if lines[-1] == "":
-        lines.pop()
-    return lines
+class Lines(Sequence[str]):
+    """The lines of a program, ended by LF, CRLF or CR and by nothing else; decoded when asked for.
+
+    Attributes:
+        data: the text as UTF-8 with LF line ends.
+        bounds: where each line begins in data, and one past the last line end, shape (n + 1,).
+    """
+
+    def __init__(self, text: str) -> None:
+        data = text.encode("utf-8", "surrogatepass")
+        if b"\r" in data:
+            data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        if data[:1] and data[0] in LEADER:
+            data = data.lstrip(LEADER)
+        if data[-1:] and data[-1] in LEADER:
+            data = data.rstrip(LEADER)
+        self.data = data
+        self.bounds = _line_bounds(data)
+
+    def __len__(self) -> int:
+        return len(self.bounds) - 1
+
+    @overload
+    def __getitem__(self, index: int) -> str: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[str]: ...
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        if index < 0:
+            index += len(self)
+        if not 0 <= index < len(self):
+            raise IndexError(index)
+        return self.data[self.bounds[index] : self.bounds[index + 1] - 1].decode(
+            "utf-8", "surrogatepass"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sequence) and list(self) == list(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def line_at(self, place: int) -> int:
+        """Return the index of the line that holds the byte at `place`."""
+        return int(np.searchsorted(self.bounds, place, side="right")) - 1
+
+
+def split_lines(text: str) -> Lines:
+    """Return the lines of a program."""
+    return Lines(text)
+
+
+def _line_bounds(data: bytes) -> NDArray[np.int64]:
+    characters = np.frombuffer(data, np.uint8)
+    found = [np.zeros(1, np.int64)]
+    for begin in range(0, len(data), CHUNK):
+        ends = np.flatnonzero(characters[begin : begin + CHUNK] == ord("\n"))
+        found.append(ends + (begin + 1))
+    if data and data[-1:] != b"\n":
+        found.append(np.array([len(data) + 1]))
+    return np.concatenate(found)

@@ -6,6 +6,7 @@ from array import array
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcodesim.nc.control import ZERO
 from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Kind
@@ -46,6 +47,26 @@ class Recorder:
         self._speed.append(speed)
         self._aux.append(aux)
 
+    def extend(
+        self,
+        kind: NDArray[np.uint8],
+        line: NDArray[np.int64],
+        to: NDArray[np.float64],
+        f: NDArray[np.float64],
+        *,
+        mode: int,
+        speed: float,
+    ) -> None:
+        """Append straight moves; mode and speed are the same for all."""
+        count = len(kind)
+        self._kind.frombytes(kind.tobytes())
+        self._line.frombytes(line.astype(np.int32).tobytes())
+        self._to.frombytes(to.tobytes())
+        self._f.frombytes(f.tobytes())
+        self._mode.frombytes(bytes([mode]) * count)
+        self._speed.frombytes(np.full(count, speed, np.float32).tobytes())
+        self._aux.frombytes(bytes(4 * count))
+
     def add_arc_row(self, row: ArcRow) -> int:
         """Append centre, normal and turns of an arc and return the row's number for `aux`."""
         self._arcs.append(row)
@@ -64,15 +85,16 @@ class Recorder:
 
     def program(self, start: list[float]) -> CanonicalProgram:
         """Return the columns; `start` is the machine position before the first command."""
+        # The columns are handed over and not copied: a program may fill half the memory.
         return CanonicalProgram(
-            kind=np.array(self._kind, np.uint8),
-            line=np.array(self._line, np.int32),
+            kind=np.frombuffer(self._kind, np.uint8),
+            line=np.frombuffer(self._line, np.int32),
             frame=np.zeros(len(self), np.uint8),
-            to=np.array(self._to, np.float64).reshape(-1, 6),
-            f=np.array(self._f, np.float64),
-            feed_mode=np.array(self._mode, np.uint8),
-            speed=np.array(self._speed, np.float32),
-            aux=np.array(self._aux, np.int32),
+            to=np.frombuffer(self._to, np.float64).reshape(-1, 6),
+            f=np.frombuffer(self._f, np.float64),
+            feed_mode=np.frombuffer(self._mode, np.uint8),
+            speed=np.frombuffer(self._speed, np.float32),
+            aux=np.frombuffer(self._aux, np.int32),
             arcs=np.array(self._arcs, ARC_DTYPE),
             start=np.array(start, np.float64),
             texts=self._texts,

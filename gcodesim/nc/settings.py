@@ -24,8 +24,17 @@ def set_feed(state: State, block: Block, number: int) -> None:
 
 
 def set_speed(state: State, block: Block, number: int) -> None:
-    """S."""
-    state.modal.speed = block.not_negative("S")
+    """S; under G96 it is a surface speed, and says nothing about revolutions."""
+    speed = block.not_negative("S")
+    if not state.modal.surface_speed:
+        state.modal.speed = speed
+
+
+def set_surface_speed(state: State, block: Block, number: int) -> None:
+    """G96: the speed is only known to stay below D; G97: S is in rev/min again."""
+    state.modal.surface_speed = number == 960
+    if number == 960:
+        state.modal.speed = block.not_negative("D") if "D" in block.values else 0.0
 
 
 def set_spindle(state: State, block: Block, number: int) -> None:
@@ -77,7 +86,7 @@ def dwell(state: State, block: Block, number: int) -> None:
         raise block.error("dwell_missing", "G4 without P", "G4")
     seconds = dwell_seconds(state, block, letter)
     if seconds:
-        state.recorder.add(Kind.DWELL, block.line, f=seconds)
+        state.recorder.add(Kind.DWELL, block.row, f=seconds)
 
 
 def dwell_seconds(state: State, block: Block, letter: str) -> float:
@@ -103,7 +112,7 @@ def compensate(state: State, block: Block, number: int) -> None:
     """G41 G42 G41.1 G42.1: accepted, reported, not applied."""
     state.modal.compensation = number
     code = f"G{number / 10:g}"
-    tools = state.control.tools
+    tools = state.tools
     if "D" in block.values and number in (410, 420):
         entry = block.whole("D")
         if tools is not None and entry and entry not in tools:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from gcodesim.findings import Finding
 from gcodesim.nc.block import Block
-from gcodesim.nc.control import ZERO, Control, WorkOffset
+from gcodesim.nc.control import ZERO, Control, WorkOffset, WorkOffsetLike
 from gcodesim.nc.frames import Frames
 from gcodesim.nc.modal import Modal
 from gcodesim.nc.program import AXES, Kind
@@ -31,7 +32,13 @@ class State:
         recorder: canonical commands so far.
         ignored: what was dropped or listed as doing nothing -> times.
         unsupported: what was not followed, with its line.
+        work_offset: number of the active work offset, 1 = G54, 101.. = G54.1 P1..
+        offsets, tools, reference: tables of the control, as the program has changed them.
         ended: M2, M30 or the closing % was reached.
+        holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
+        unfollowed: what is switched on that makes moves meaningless here -> its code and why.
+        request: what the block asks of the flow: a calls.Request, or None.
+        stop_request: number and value of a system parameter that stops the program.
     """
 
     def __init__(self, control: Control) -> None:
@@ -50,7 +57,15 @@ class State:
         self.recorder = Recorder()
         self.ignored: Counter[str] = Counter()
         self.unsupported: list[str] = []
+        self.offsets: dict[int, WorkOffsetLike] = dict(control.offsets)
+        self.work_offset = 1
+        self.tools = None if control.tools is None else dict(control.tools)
+        self.reference = {code: dict(place) for code, place in control.reference.items()}
+        self.holes = 0
+        self.unfollowed: dict[str, str] = {}
         self.ended = False
+        self.request: Any = None
+        self.stop_request: tuple[int, float] | None = None
         self._findings: dict[tuple[str, str], tuple[Finding, int]] = {}
 
     @property
@@ -88,8 +103,11 @@ class State:
         rotary move, whose feed is in deg/min, into a linear one.
         """
         position = self.frames.machine(point)
-        turned = self.frames.rotation and point[:2] != self.point[:2]
-        for i in range(2 if turned else 0, 6):
+        # Axes that the frame turns into each other are computed together.
+        joined = 2 if self.frames.is_plain else 3
+        turned = not self.frames.is_plain or self.frames.rotation
+        turned = turned and point[:joined] != self.point[:joined]
+        for i in range(joined if turned else 0, 6):
             if point[i] == self.point[i]:
                 position[i] = self.position[i]
         return position
@@ -98,4 +116,4 @@ class State:
         self, kind: Kind, block: Block, value: Sequence[float] = ZERO, *, aux: int = 0
     ) -> None:
         """Record a command that is no move."""
-        self.recorder.add(kind, block.line, value, aux=aux)
+        self.recorder.add(kind, block.row, value, aux=aux)

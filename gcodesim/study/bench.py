@@ -75,11 +75,11 @@ def bench(options: BenchOptions, progress: Callable[[float], None]) -> dict[str,
     Raises:
         UsageError: a file cannot be read, the device is not known, or nothing moves.
     """
-    stages, text = _stages_before(options)
-    machine = load_machine(options.machine)
     device = resolve_device(options.device)
+    text, machine = read_program(options.program), load_machine(options.machine)
     meaning = interpret(text, control_for(machine, None, None, False), options.program)
     job = longest_job(plan(meaning.program, machine)[0], machine, DEFAULT_PERIOD_PS)
+    stages = _stages_before(options, text)
     stages |= _stages_after(job, device, text, options.program)
     progress(0.2)
     report: dict[str, Any] = {"schema": SCHEMA, **environment(), "device": device, "runs": RUNS}
@@ -96,9 +96,9 @@ def bench(options: BenchOptions, progress: Callable[[float], None]) -> dict[str,
     return report
 
 
-def _stages_before(options: BenchOptions) -> tuple[dict[str, Any], str]:
-    """Stages up to the path, and the program text."""
-    read, text = time_runs(lambda: read_program(options.program))
+def _stages_before(options: BenchOptions, text: str) -> dict[str, Any]:
+    """Stages up to the path."""
+    read, _ = time_runs(lambda: read_program(options.program))
     load, machine = time_runs(lambda: load_machine(options.machine))
     control = control_for(machine, None, None, False)
     interpreted, meaning = time_runs(lambda: interpret(text, control, options.program))
@@ -106,7 +106,7 @@ def _stages_before(options: BenchOptions) -> tuple[dict[str, Any], str]:
     limits, _ = time_runs(lambda: overtravels(path, machine.joints))
     command = [sys.executable, "-c", "import gcodesim.collision.detector"]
     started, _ = time_runs(lambda: subprocess.run(command, check=True))
-    stages = {
+    return {
         "read": seconds(read),
         "load machine": seconds(load),
         "interpret": seconds(interpreted) | {"blocks_per_s": meaning.blocks / interpreted.median},
@@ -114,7 +114,6 @@ def _stages_before(options: BenchOptions) -> tuple[dict[str, Any], str]:
         "limits": seconds(limits),
         "start": seconds(started) | {"note": "a fresh Python process that imports the detector"},
     }
-    return stages, text
 
 
 def _stages_after(job: Job, device: str, text: str, name: str) -> dict[str, Any]:

@@ -6,7 +6,6 @@ Run from the repository root: python tests/benchmarks/bench_search.py [--out FIL
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
 import time
@@ -43,7 +42,7 @@ FINISH, MACHINE = SAMPLES / "five_axis_finish.nc", "table_tilt"
 LONG_S = 600.0
 ROUGH_PROGRAMS, ROUGH_BLOCKS, SEED = 40, 300, 1
 HUGE = 100_000
-PASSES = 3
+PASSES = 2
 
 
 def main() -> int:
@@ -135,14 +134,16 @@ def measure_windows(goals: Goals) -> None:
     job = sample_job()
     searcher = job.searcher(job.scene("cpu"), threads=1)
     costs = np.full(job.path.duration_ps // WINDOW_PS, np.inf)
-    for number in range(len(costs)):
-        search = window_search(searcher, number)
-        for _ in range(PASSES):
-            begin = time.perf_counter()
-            search()
-            costs[number] = min(costs[number], time.perf_counter() - begin)
+    # Other work on the machine must not pass for a hard window: the costliest are timed again.
+    for share, passes in ((1.0, PASSES), (0.005, 10 * PASSES), (0.0005, 30 * PASSES)):
+        for number in np.argsort(-costs, kind="stable")[: max(1, int(share * len(costs)))]:
+            search = window_search(searcher, int(number))
+            for _ in range(passes):
+                begin = time.perf_counter()
+                search()
+                costs[number] = min(costs[number], time.perf_counter() - begin)
     costs *= 1e3
-    note = f"least of {PASSES} runs of each of {len(costs)} windows, launch included"
+    note = f"least of {PASSES} runs or more of each of {len(costs)} windows, launch included"
     goals.fact("1 ms of machine time, median", float(np.median(costs)), "ms", note)
     goals.at_most("1 ms of machine time, 99.9 %", float(np.percentile(costs, 99.9)), 1.0, "ms")
     at = np.argmax(costs) * WINDOW_PS / PS_PER_S
@@ -231,7 +232,7 @@ def measure_memory(goals: Goals) -> None:
     goals.fact("peak memory, 1 round", peaks[0], "MiB")
     goals.fact("peak memory, 10 rounds", peaks[1], "MiB")
     note = f"the path itself grows by {grown:.0f} MiB, and as much on the device"
-    goals.at_most("ratio", peaks[1] / peaks[0], 1.2, "", note)
+    goals.at_most("peak memory of 10 rounds over that of 1", peaks[1] / peaks[0], 1.2, "", note)
 
 
 def memory_of(rounds: int) -> float:
@@ -245,7 +246,9 @@ def print_memory(rounds: int) -> int:
     job = sample_job()
     job = repeated(job, rounds * job.path.duration_s)
     search_job(job.searcher(job.scene("cpu"), threads=2))
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+    # Not getrusage: its peak is handed on from the parent process.
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    print(int(status.partition("VmHWM:")[2].split()[0]) / 1024)
     return 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,12 @@ class Goals:
     """Collects measurements, prints each as it comes, and writes them all."""
 
     def __init__(self, script: str) -> None:
-        self.report: dict[str, Any] = {"script": script, **environment(), "goals": []}
+        self.report: dict[str, Any] = {
+            "script": script,
+            **environment(),
+            "load": os.getloadavg(),
+            "goals": [],
+        }
 
     def at_most(self, what: str, measured: float, goal: float, unit: str, note: str = "") -> None:
         """A figure that must not exceed its goal."""

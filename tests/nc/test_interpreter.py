@@ -120,6 +120,20 @@ def test_max_blocks_ends_interpretation(control):
     assert (meaning.blocks, meaning.last_line, meaning.stopped) == (2, 2, True)
 
 
+@pytest.mark.parametrize(
+    ("dialect", "code"),
+    [("fanuc", "G43.4 H1"), ("fanuc", "G68.2 I0 J9 K0"), ("haas", "G254"), ("linuxcnc", "M428")],
+)
+def test_five_axis_codes_need_rotary_axes_and_stop_nothing_but_moves(dialect, code, control):
+    off = {"G68.2 I0 J9 K0": "G69", "G254": "G255", "M428": "M429"}.get(code, "G49")
+    held = interpret(f"{code}\n{off}\nG0 X1\nM30", control(dialect))
+    assert (meanings(held), len(moves(held))) == ([], 1)
+    (finding,) = interpret(f"{code}\nG28 X0\nM30", control(dialect)).findings
+    assert (finding.code, finding.line) == ("GC402", 2)
+    assert finding.message.startswith(code.split()[0])
+    assert meanings(interpret(code, control(dialect, axes="XYZ"))) == ["rotary_axes_missing"]
+
+
 def test_position_words_follow_the_wrap_of_their_axis(control):
     wrap, travel = {"C": "shortest", "B": "sign", "A": "shortest"}, {"A": (-30.0, 120.0)}
     text = "G0 C350\nC10\nC-170\nC10\nG91 C720\nG90 B90\nB-30\nA100\nA-100\nM30"

@@ -1,2 +1,2 @@
 ; unknown_g 2
-G65 P9010 A1
+G66 P9010 A1

@@ -1,2 +1,3 @@
-; unknown_g 2
+; unknown_g 3
 G43.4 H1
+G0 X1

@@ -1,0 +1,105 @@
+"""What a finding means and what to do about it: every code and every meaning."""
+
+from __future__ import annotations
+
+import difflib
+
+from gcodesim.errors import UsageError
+from gcodesim.findings import CODES, CONTAINMENT_UNDECIDED, FAIL, INCONCLUSIVE
+from gcodesim.nc.meanings import MEANINGS
+
+ADVICE: dict[str, str] = {
+    "GC101": "Look at the block and the axis positions: retract further, or take another way.",
+    "GC102": "Retract before the rotary axes turn, use a shorter holder or a longer tool.",
+    "GC103": "Only the flute may touch stock and part: use a longer tool, or tilt it away.",
+    "GC104": "Move the clamp, or lift the tool over it; look at rapids at the R level of cycles.",
+    "GC105": "A rapid meets material: retract before, or approach at the feed.",
+    "GC106": "A body appears inside another: check start position, tool length and setup.",
+    "GC107": "Two bodies meet between two samples: treat it as a contact; a finer --sample-period "
+    "shows where.",
+    "GC201": "Two bodies pass nearer than the machine file wants: give them more room.",
+    "GC202": "The control may leave the programmed path by more than the room that is left.",
+    "GC301": "Move the work offset, clamp the part elsewhere, or shorten the move.",
+    "GC302": "Use the other solution of the rotary axes, or unwind the axis before.",
+    "GC303": "The block takes longer than programmed, for an axis is at its rapid rate; nothing "
+    "else changes.",
+    "GC304": "Rotary axes turn far for a small change of the tool axis: tilt the part.",
+    "GC401": "Correct the block as the finding says; every control would refuse it.",
+    "GC402": "What follows was not checked: post without the code, or list it in the machine file "
+    "when it moves nothing.",
+    "GC404": "Correct end point, centre or radius; rounded posts may need `arc:` tolerances.",
+    "GC405": "Program F before the first feed move, or start with --feed.",
+    "GC406": "Correct the parameter or the expression; every control would stop here.",
+    "GC407": "Correct the call, the loop or the block number; put subprograms beside the program.",
+    "GC408": "Give the cycle its missing or wrong word.",
+    "GC409": "Give the offset in the setup file, or the tool in the tools file.",
+    "GC410": "Correct the value of the word.",
+    "GC420": "If the code moves no axis, list it in the machine file: `m_codes: {123: none}`.",
+    "GC421": "Give the tool a shape in the tools file; until then its pairs are not checked.",
+    "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "
+    "was checked.",
+    "GC423": "The operator moves the machine here; nobody can check that from the program.",
+    "GC424": "The program may not end: raise the limit, or correct the loop.",
+    "GC425": "Give the parameter a value before it is used.",
+    "GC430": "Nothing is wrong with the check; read the sentence once.",
+    "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
+    "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",
+    "GC503": "Set `units:` of the machine file: the mesh is far larger or smaller than the travel.",
+    "GC504": "Repair the mesh; triangles without area are left out.",
+    "GC901": "Run the check again; what was not reached is not decided.",
+}
+"""Code -> what to do."""
+
+OTHER_MEANINGS: dict[str, tuple[str, str]] = {
+    "audit_agrees": ("GC430", "checking with nothing left out gives the same answer"),
+    "audit_disagrees": ("GC901", "checking with nothing left out gives another answer: report it"),
+    "axis_too_slow": ("GC303", "the block is stretched to the rapid rate of its slowest axis"),
+    "clearance": ("GC201", "give the pair more room, or a smaller clearance"),
+    "contact": ("GC101", "surfaces of two bodies touch or cross; GC102 to GC107 in the same way"),
+    "containment": ("GC106", "one body lies wholly inside the other"),
+    CONTAINMENT_UNDECIDED: ("GC501", "the mesh must be closed to tell inside from outside"),
+    "mesh_degenerate": ("GC504", "triangles without area cannot be touched and are left out"),
+    "mesh_inward": ("GC504", "the triangles face inwards; they were turned over"),
+    "mesh_open": ("GC501", "close the mesh where it has edges with one triangle"),
+    "mesh_unit": ("GC503", "set units: in the machine file"),
+    "no_motion": ("GC430", "nothing can collide, and nothing was checked"),
+    "overtravel": ("GC301", "positions stay inside the travel; GC302 for rotary axes"),
+    "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
+    "time_limit": ("GC424", "what follows the limit of program time was not checked"),
+    "tool_part_without_shape": ("GC421", "give shank and holder in the tools file"),
+    "tool_without_shape": MEANINGS["tool_without_shape"],
+}
+"""Meaning that is not of the language -> code it comes with, and what would be right."""
+
+EFFECTS = {FAIL: "FAIL", INCONCLUSIVE: "INCONCLUSIVE"}
+
+
+def explain(name: str) -> str:
+    """Return what is to be said about a code such as GC405, or a meaning such as feed_missing.
+
+    Raises:
+        UsageError: there is none of this name.
+    """
+    code = name.upper()
+    if code in CODES:
+        return "\n".join(_code_lines(code))
+    meanings = MEANINGS | OTHER_MEANINGS
+    meaning = name.lower().replace("-", "_")
+    if meaning in meanings:
+        code, right = meanings[meaning]
+        return "\n".join([f"{meaning}: {right}", *_code_lines(code, listed=False)])
+    near = difflib.get_close_matches(meaning, meanings, n=3) or difflib.get_close_matches(
+        code, CODES, n=3
+    )
+    hint = f"did you mean {', '.join(near)}?" if near else "codes are GC101 to GC901"
+    raise UsageError(f"no code or meaning {name!r}; {hint}")
+
+
+def _code_lines(code: str, *, listed: bool = True) -> list[str]:
+    row = CODES[code]
+    effect = EFFECTS.get(row.effect, "unchanged")
+    lines = [f"{code} {row.title} ({row.severity}; verdict {effect})", f"  {ADVICE[code]}"]
+    of_code = {m: right for m, (c, right) in (MEANINGS | OTHER_MEANINGS).items() if c == code}
+    if listed:
+        lines += [f"  {meaning}: {right}" for meaning, right in sorted(of_code.items())]
+    return lines

@@ -1,0 +1,2 @@
+; axis_missing 2
+G51.1

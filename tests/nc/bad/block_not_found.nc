@@ -1,0 +1,3 @@
+; block_not_found 3
+N5
+GOTO 10

@@ -1,0 +1,2 @@
+; block_structure 2 linuxcnc
+o1 break

@@ -1,0 +1,5 @@
+; block_structure 4 linuxcnc
+o1 while [1]
+o2 if [1]
+o1 endwhile
+o2 endif

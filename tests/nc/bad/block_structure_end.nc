@@ -1,0 +1,3 @@
+; block_structure 3
+G0 X1
+END1

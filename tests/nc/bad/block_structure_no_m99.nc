@@ -1,0 +1,4 @@
+; block_structure 4
+M98 P1
+M30
+O1

@@ -1,0 +1,3 @@
+; block_structure 2
+DO4
+END4

@@ -1,0 +1,2 @@
+; division_by_zero 2
+#1=5MOD0

@@ -1,0 +1,2 @@
+; expression_unclosed 2
+G0 X[1+2

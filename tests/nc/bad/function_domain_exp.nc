@@ -1,0 +1,2 @@
+; function_domain 2
+#1=EXP[1000]

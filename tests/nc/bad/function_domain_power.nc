@@ -1,0 +1,2 @@
+; function_domain 2 linuxcnc
+#1=[-8**0.5]

@@ -1,0 +1,2 @@
+; integer_expected 2
+GOTO 1.5

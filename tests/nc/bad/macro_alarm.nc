@@ -1,0 +1,2 @@
+; macro_alarm 2
+#3000=7 (TOOL WORN)

@@ -1,2 +1,0 @@
-; macro_unsupported 2
-G0 X[1+2]

@@ -1,2 +1,0 @@
-; macro_unsupported 2
-#1=5

@@ -1,0 +1,2 @@
+; name_undefined 2 linuxcnc
+G0 X#<depth>

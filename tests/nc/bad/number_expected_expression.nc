@@ -1,0 +1,2 @@
+; number_expected 2
+G0 X[1+]

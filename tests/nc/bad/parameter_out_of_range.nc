@@ -1,0 +1,2 @@
+; parameter_out_of_range 2
+#99999=1

@@ -1,0 +1,2 @@
+; parameter_readonly 2
+#5021=1

@@ -1,0 +1,2 @@
+; parameter_unknown 2
+#1=#2001

@@ -1,0 +1,2 @@
+; subprogram_not_found 2
+M98 P77

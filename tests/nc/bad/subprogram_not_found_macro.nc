@@ -1,0 +1,2 @@
+; subprogram_not_found 2
+G65 P9010 A1

@@ -1,0 +1,2 @@
+; tilted_plane_missing 2
+G53.1

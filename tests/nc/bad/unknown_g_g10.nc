@@ -1,2 +1,0 @@
-; unknown_g 2
-G10 L2 P1 X1

@@ -1,0 +1,2 @@
+; unknown_g 2 linuxcnc
+G16

@@ -1,0 +1,3 @@
+; unknown_g 3 haas
+G254
+G2 X1 I.5 F1

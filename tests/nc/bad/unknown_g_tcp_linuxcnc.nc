@@ -1,0 +1,3 @@
+; unknown_g 3 linuxcnc
+M428
+G0 X1

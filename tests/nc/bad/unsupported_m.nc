@@ -1,2 +1,0 @@
-; unsupported_m 2
-M98 P5

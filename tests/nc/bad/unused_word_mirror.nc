@@ -1,0 +1,2 @@
+; unused_word 2
+G51.1 X0 A5

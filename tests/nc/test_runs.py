@@ -1,0 +1,122 @@
+"""Runs of plain blocks mean, bit for bit, what the block-by-block way makes of them."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gcodesim.nc import runs
+from gcodesim.nc.control import Control, WorkOffset
+from gcodesim.nc.dialect import DIALECTS
+from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.reader import Lines
+from gcodesim.nc.scan import scan
+
+COLUMNS = ("kind", "line", "frame", "to", "f", "feed_mode", "speed", "aux", "start", "arcs")
+OFFSETS = {
+    1: WorkOffset((1.0, -2.0, 0.1, 0.0, 0.0, 3.0)),
+    2: WorkOffset((100.0, 50.0, 10.0, 0.0, 0.0, 0.0), rotation=30.0),
+}
+CONTROLS = [
+    {"axes": "XYZAC", "wrap": {"C": "shortest"}},
+    {"axes": "XYZABC", "wrap": {"A": "sign", "C": "shortest"}, "travel": {"C": (-400.0, 400.0)}},
+    {"axes": "XYZBC", "ignore_words": frozenset("EQ"), "feed": 500.0},
+    {"axes": "XYZ", "inch": True, "block_delete": True},
+    {"axes": "XYZAC", "max_blocks": 23},
+]
+
+NUMBERS = st.one_of(
+    st.integers(-400, 400).map(str),
+    st.decimals(-99, 99, places=3).map(str),
+    st.decimals(-9999, 9999, places=5).map(str),
+    st.sampled_from(["0", "-0", "+5", "5.", ".5", "-.5", "0.10", "007", "1234567.1234567"]),
+    st.sampled_from(["0.000000001", "123456789", "-", ".", "1.2.3", "", "12345678.12345678"]),
+)
+AXIS_WORDS = st.builds("{}{}".format, st.sampled_from("XYZABC"), NUMBERS)
+WORDS = st.one_of(
+    *[AXIS_WORDS] * 5,
+    st.builds("{}{}".format, st.sampled_from("EFNGQ"), NUMBERS),
+    st.sampled_from(["F100", "F2.5", "G0", "G1", "g01", "G00", "N7"]),
+)
+PLAIN = st.lists(WORDS, max_size=5, unique_by=lambda word: word[:1].upper()).map(" ".join)
+OTHER = st.sampled_from(
+    ["G20", "G21", "G90", "G91", "G93", "G94", "G95", "G54", "G55", "S500 M3", "M5", "T1 M6"]
+    + ["(a comment)", "/X5", "", " \t ", "G91 G28 Z0", "G80", "G52 X1", "G2 X5 R9", "G68 R5 X0 Y0"]
+    + ["G69", "G81 X1 R5 Z1", "#1=1", "IF[#1GT5]GOTO1", "G17", "x1(c)", "G0 X1;", "G16", "G15"]
+)
+LINES = st.lists(st.one_of(*[PLAIN] * 6, OTHER), max_size=40)
+
+
+def with_and_without_runs(text, control):
+    fast = interpret(text, control, "p.nc")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs.Runs, "take", lambda self, source, index, most: 0)
+        return fast, interpret(text, control, "p.nc")
+
+
+def assert_equal(fast, slow):
+    for column in COLUMNS:
+        mine, theirs = getattr(fast.program, column), getattr(slow.program, column)
+        assert mine.dtype == theirs.dtype
+        assert mine.tobytes() == theirs.tobytes(), column
+    for name in ("findings", "blocks", "last_line", "ignored", "unsupported", "stopped"):
+        assert getattr(fast, name) == getattr(slow, name), name
+
+
+@settings(derandomize=True, max_examples=600, deadline=None, database=None)
+@given(LINES, st.sampled_from(CONTROLS), st.sampled_from(sorted(DIALECTS)), st.integers(1, 9))
+def test_runs_equal_the_block_by_block_way(lines, fields, dialect, chunk):
+    text = "\n".join(["G1 F100 S5 M3", "N1 G0 X0", *lines, "M30"])
+    control = Control(DIALECTS[dialect], offsets=OFFSETS, **fields)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runs, "SHORTEST", 1)
+        patch.setattr(runs, "CHUNK", chunk)
+        assert_equal(*with_and_without_runs(text, control))
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize("fields", CONTROLS[:2])
+def test_long_programs_are_run_in_runs(fields, end, rng, monkeypatch):
+    words = rng.uniform(-80, 80, (500, 5)).round(3)
+    blocks = [f"N{i} X{x} Y{y} Z{z} A{a / 9:.2f} C{c}" for i, (x, y, z, a, c) in enumerate(words)]
+    text = end.join(["G90 G1 F900 S1 M3", *blocks, "M30"])
+    control = Control(DIALECTS["fanuc"], offsets=OFFSETS, **fields)
+    fast, slow = with_and_without_runs(text, control)
+    assert_equal(fast, slow)
+    assert len(fast.program) == 503
+    taken, take = [0], runs.Runs.take
+    monkeypatch.setattr(runs.Runs, "take", lambda *args: taken.append(take(*args)) or taken[-1])
+    interpret(text, control)
+    # The axis that is read by its sign is left to the block-by-block way.
+    assert max(taken) == (0 if "A" in fields["wrap"] else 500)
+
+
+def test_numbers_are_those_of_float(rng):
+    texts = [f"{rng.uniform(-1, 1) * 10.0**e:.{d}f}" for e in range(8) for d in range(8)] * 5
+    texts += [
+        "5",
+        "5.",
+        ".5",
+        "+.25",
+        "-0",
+        "-0.0",
+        "00012",
+        "99999999.9999999",
+        "12345678.1234567",
+    ]
+    lines = Lines("".join(f" x{text}\n" for text in texts))
+    words = scan(lines, 0, len(lines), "XYZ", frozenset())
+    digits = np.array([sum(c.isdigit() for c in text) for text in texts])
+    short = np.array([len(t.lstrip("+-").partition(".")[0]) <= 8 for t in texts]) & (digits <= 15)
+    assert words.plain.tolist() == short.tolist()
+    wanted = np.array([float(text) for text in texts])
+    assert words.value["X"][short].tobytes() == wanted[short].tobytes()
+
+
+def test_what_is_no_plain_block_is_left_alone():
+    texts = ["G1X1Y2", "g 0 x 1 . 5", "N5", "", "X1X2", "G2X1", "X", "X-", "X.", "X1.2.3", "1X1"]
+    texts += ["X1%", "/X1", "X1(c)", "U1", "F0", "F-1", "N1.5", "N-1", "X1-", "-X1", "X\xe41", "."]
+    lines = Lines("\n".join(texts))
+    words = scan(lines, 0, len(lines), "XYZ", frozenset())
+    assert [t for t, plain in zip(texts, words.plain, strict=True) if plain] == texts[:4]
+    assert words.blank[:5].tolist() == [False, False, False, True, False]
