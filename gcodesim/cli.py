@@ -239,7 +239,8 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
     else:
         control = bare_control(tools, *choices)
     name, text = _read_program(program)
-    meaning = interpret(text, control, name)
+    with _progress(name, False) as progress:
+        meaning = interpret(text, control, name, progress)
     write_canon(meaning, sys.stdout)
     effects = {finding.effect for finding in meaning.findings}
     sys.exit(EXIT_CODES.get(next((e for e in (FAIL, INCONCLUSIVE) if e in effects), "pass"), 0))

@@ -19,6 +19,10 @@ VERTEX_LIMIT = 48
 """Distinct vertices a node may carry before it gets a box. Measured: 48 and 150 cost the same, 8
 costs twice as much."""
 
+MANY = 2 * VERTEX_LIMIT
+"""Triangles from which on a node is not even asked for its vertices: a closed surface of so many
+has more than VERTEX_LIMIT."""
+
 LEAST_SHARE = 8
 """A child holds at least 1/8 of its parent's triangles, which bounds the depth of the tree."""
 
@@ -72,6 +76,7 @@ def build_tree(triangles: Floats) -> Tree:
     """Build the tree of triangles of shape (n, 3, 3)."""
     _, ids = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
     corner_ids = ids.reshape(-1, 3)
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
     order = np.arange(len(triangles))
     counts = np.array([len(triangles)])
     parts: list[dict[str, NDArray[np.generic]]] = []
@@ -90,7 +95,7 @@ def build_tree(triangles: Floats) -> Tree:
         parts.append(level)
         first_vertex += len(level["vertices"])
         first_node = next_node
-        order, counts = _split(triangles, order[np.repeat(splits, counts)], counts[splits])
+        order, counts = _split(low, high, order[np.repeat(splits, counts)], counts[splits])
     return _joined(parts)
 
 
@@ -102,7 +107,7 @@ def _joined(parts: list[dict[str, NDArray[np.generic]]]) -> Tree:
     return Tree(levels=levels, **columns)
 
 
-def _split(triangles: Floats, order: Ints, counts: Ints) -> tuple[Ints, Ints]:
+def _split(low: Floats, high: Floats, order: Ints, counts: Ints) -> tuple[Ints, Ints]:
     """Reorder the triangles of every node for its best split; sizes of all children in turn."""
     if not len(counts):
         return order, counts
@@ -111,7 +116,6 @@ def _split(triangles: Floats, order: Ints, counts: Ints) -> tuple[Ints, Ints]:
     best_cost = np.full(len(counts), np.inf)
     best_size = np.ones(len(counts), np.int64)
     arranged = order.copy()
-    low, high = triangles.min(axis=1), triangles.max(axis=1)
     for axis in range(3):
         centre = low[order, axis] + high[order, axis]
         candidate = order[np.lexsort((centre, segment))]
@@ -154,17 +158,30 @@ def _area(low: Floats, high: Floats) -> Floats:
 def _bound_level(
     triangles: Floats, corner_ids: Ints, order: Ints, counts: Ints, first_vertex: int
 ) -> dict[str, NDArray[np.generic]]:
-    """Boxes and vertices of the nodes of one level."""
+    """Boxes and vertices of the nodes of one level.
+
+    Few triangles have few vertices, and their box only serves to aim: it stays axis-aligned. Many
+    have too many vertices to carry: only they need the best box, and none of them is looked at.
+    """
     points = triangles[order].reshape(-1, 3)
     starts = 3 * (np.cumsum(counts) - counts)
-    node = np.repeat(np.arange(len(counts)), 3 * counts)
-    frame, centre, extent = _oriented_boxes(points, node, starts, counts, triangles[order])
-    keys = node * (corner_ids.max() + 1) + corner_ids[order].ravel()
+    low = np.minimum.reduceat(points, starts)
+    high = np.maximum.reduceat(points, starts)
+    frame = np.tile(np.eye(3), (len(counts), 1, 1))
+    centre, extent = (low + high) / 2.0, (high - low) / 2.0
+    few = counts <= MANY
+    large = np.flatnonzero(~few)
+    if len(large):
+        of_large = np.repeat(~few, counts)
+        boxes = _oriented_boxes(triangles[order[of_large]], counts[large])
+        frame[large], centre[large], extent[large] = boxes
+    small = np.repeat(few, 3 * counts)
+    node = np.repeat(np.arange(len(counts)), 3 * counts)[small]
+    keys = node * (corner_ids.max() + 1) + corner_ids[order].ravel()[small]
     where = np.unique(keys, return_index=True)[1]
     owner = node[where]
     distinct = np.bincount(owner, minlength=len(counts))
-    kept = distinct <= VERTEX_LIMIT
-    vertices = points[where[kept[owner]]]
+    kept = few & (distinct <= VERTEX_LIMIT)
     count = np.where(kept, distinct, 0)
     return {
         "frame": frame,
@@ -173,14 +190,15 @@ def _bound_level(
         "size": np.linalg.norm(extent, axis=1),
         "vertex_first": first_vertex + np.cumsum(count) - count,
         "vertex_count": count,
-        "vertices": vertices,
+        "vertices": points[small][where[kept[owner]]],
     }
 
 
-def _oriented_boxes(
-    points: Floats, node: Ints, starts: Ints, counts: Ints, triangles: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _oriented_boxes(triangles: Floats, counts: Ints) -> tuple[Floats, Floats, Floats]:
     """The best of three boxes per node: axis-aligned, principal axes, largest triangle."""
+    points = triangles.reshape(-1, 3)
+    starts = 3 * (np.cumsum(counts) - counts)
+    node = np.repeat(np.arange(len(counts)), 3 * counts)
     mean = np.add.reduceat(points, starts) / (3 * counts)[:, None]
     spread = points - mean[node]
     products = spread[:, :, None] * spread[:, None, :]

@@ -20,7 +20,8 @@ def write_canon(interpretation: Interpretation, stream: TextIO) -> None:
 
     Keys: line, kind (rapid feed arc dwell tool tool_offset g5x g92 message error), and by kind
     to, f [mm/min, deg/min for rotary axes alone, mm/rev under G95], plane, center, turns, index,
-    value, seconds, text, meaning. Stops of the program (M0 M1 M2 M30) are no commands here.
+    value, seconds, text, meaning; file where a line is not of the main program. Stops of the
+    program (M0 M1 M2 M30) are no commands here.
     """
     for row in canon_rows(interpretation):
         stream.write(json.dumps(row) + "\n")
@@ -29,16 +30,19 @@ def write_canon(interpretation: Interpretation, stream: TextIO) -> None:
 def canon_rows(interpretation: Interpretation) -> Iterator[dict[str, Any]]:
     """Yield one object per command and error, as `write_canon` writes them."""
     program = interpretation.program
-    feeds = _feeds(program)
+    feeds, main = _feeds(program), interpretation.files[0][0]
     for i in range(len(program)):
         kind = Kind(program.kind[i])
         if kind != Kind.STOP:
-            row = {"line": int(program.line[i]), "kind": kind.name.lower()}
+            file, line = interpretation.place(int(program.line[i]))
+            place: dict[str, Any] = {"line": line} | ({"file": file} if file != main else {})
+            row = place | {"kind": kind.name.lower()}
             yield row | _details(program, i, kind, float(feeds[i]))
     for finding in interpretation.findings:
         if finding.severity == "error":
-            place = {"line": finding.line, "kind": "error"}
-            yield place | {"text": finding.message, "meaning": finding.meaning}
+            error: dict[str, Any] = {"line": finding.line, "kind": "error"}
+            error |= {"file": finding.file} if finding.file != main else {}
+            yield error | {"text": finding.message, "meaning": finding.meaning}
 
 
 def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from gcodesim.nc.settings import dwell_seconds
 from gcodesim.nc.state import State
 
 END_OF_MOTION = 800
+MACHINE_COORDINATES = 530
 
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
@@ -84,6 +85,8 @@ class Hole:
 
 def run_cycle(state: State, block: Block, number: int) -> None:
     """G73 G74 G76 G81-G89: keep the words, and make a hole at every position of the block."""
+    if block.has("G", MACHINE_COORDINATES):
+        raise block.error("axis_without_motion", "G53 in a cycle", "G53")
     modal = state.modal
     if not modal.cycle:
         modal.cycle_words = {}

@@ -7,7 +7,7 @@ all: an error takes back what the block has recorded, and nothing behind it is i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from gcodesim.errors import ProgramError
@@ -75,18 +75,24 @@ class Interpretation:
         return file, line - before
 
 
-def interpret(text: str, control: Control, file: str = "") -> Interpretation:
+def interpret(
+    text: str,
+    control: Control,
+    file: str = "",
+    progress: Callable[[float], None] = lambda fraction: None,
+) -> Interpretation:
     """Interpret a program.
 
     Args:
         text: program text (reader.read_program).
         control: what the control knows before the program starts.
-        file: name for findings.
+        file: name for findings; subprograms are read from the folder it stands in.
+        progress: called now and then with the fraction of the lines that is behind.
 
     Returns:
         The canonical program and what there is to say about it. Never raises for bad programs.
     """
-    return Interpreter(control, file).run(text)
+    return Interpreter(control, file, progress).run(text)
 
 
 class Interpreter:
@@ -97,8 +103,8 @@ class Interpreter:
         blocks, last_line: blocks interpreted, and the line of the last.
     """
 
-    def __init__(self, control: Control, file: str) -> None:
-        self.control, self.file = control, file
+    def __init__(self, control: Control, file: str, progress: Callable[[float], None]) -> None:
+        self.control, self.file, self._progress = control, file, progress
         self.state = State(control)
         self.blocks = self.last_line = 0
         parameters = Parameters(self.state)
@@ -107,6 +113,7 @@ class Interpreter:
         self._runs = Runs(self.state)
         self._codes = codes_for(control)
         self._rows: dict[tuple[str, str], Row] = {}
+        self._known: dict[tuple[object, ...], tuple[list[Row], bool]] = {}
         self._plain_words = frozenset(control.axes) & frozenset(AXIS_WORDS) | {"N", "F"}
 
     def run(self, text: str) -> Interpretation:
@@ -155,6 +162,7 @@ class Interpreter:
                 flow.index = number + taken
                 self.blocks += self._runs.blocks
                 self.last_line = self._runs.last_line or self.last_line
+                self._progress(flow.index / len(source.lines))
                 continue
             block = self._block(source, number)
             flow.index = number + 1
@@ -208,7 +216,7 @@ class Interpreter:
         self._read(block)
         # Steps 3 and 4; a plain block has nothing to check, and its order is known.
         if not self._run_plain(block):
-            for row in self._check(block):
+            for row in self._checked(block):
                 if row.action is not None:
                     row.action(self.state, block, row.number)
             if self.state.request is not None:
@@ -280,6 +288,21 @@ class Interpreter:
         block.moves = len(values) > ("N" in values) + ("F" in values)
         moves.straight(state, block, row.number)
         return True
+
+    def _checked(self, block: Block) -> list[Row]:
+        """Step 3, once for all blocks of the same codes and letters in the same motion mode."""
+        values, modal = block.values, self.state.modal
+        key = (*map(id, block.rows), *values, modal.motion, modal.cycle, block.ignored)
+        known = self._known.get(key)
+        if known is None:
+            rows = self._check(block)
+            if "O" not in values:
+                self._known[key] = rows, block.moves
+            return rows
+        rows, block.moves = known
+        if "N" in values and not _is_block_number(values["N"]):
+            raise block.error("integer_expected", f"N{values['N']:g}", "N")
+        return rows
 
     def _check(self, block: Block) -> list[Row]:
         """Step 3: check the block as a whole; return the rows to execute, in their order.

@@ -225,6 +225,8 @@ def probe(state: State, block: Block, number: int) -> None:
     """G31 G38.x: a feed move, for contact is never made; the motion mode stays."""
     if not block.moves:
         raise block.error("axis_missing", f"G{number / 10:g} without axis words")
+    if block.has("G", 530):
+        raise block.error("axis_without_motion", "G53 with a probing move", "G53")
     point = target(state, block)
     position = state.reach(point)
     rotary_only = position[:3] == state.position[:3]

@@ -219,3 +219,26 @@ def test_text_is_decoded_and_split_without_loss(tmp_path):
     assert split_lines("a\r\nb\rc\n\x0cd\u2028e\n") == ["a", "b", "c", "\x0cd\u2028e"]
     with pytest.raises(UsageError, match="cannot be read"):
         read_program(tmp_path / "missing.nc")
+
+
+def test_tape_leaders_line_ends_and_nul_bytes(control):
+    wanted = [[1.0, 0.0], [1.0, 2.0]]
+    for text in ("G0 X1\nY2\nM30", "\0\0\x7fG0 X1\r\nY2\r\nM30\r\n\0\0", "G0X1\rY2\rM30\r"):
+        meaning = interpret(text, control())
+        assert moves(meaning)[:, :2].tolist() == wanted
+        assert meaning.findings == ()
+    assert meanings(interpret("G0 X1\n\0\nM30", control())) == ["bad_character"]
+
+
+def test_lines_are_a_sequence_that_is_decoded_when_asked_for():
+    lines = split_lines("a\n\xe4\u20ac\n\nb")
+    assert (len(lines), lines[1], lines[-1], lines[1:3]) == (
+        4,
+        "\xe4\u20ac",
+        "b",
+        ["\xe4\u20ac", ""],
+    )
+    with pytest.raises(IndexError):
+        lines[4]
+    assert len(split_lines("")) == 0
+    assert list(split_lines("\n")) == [""]

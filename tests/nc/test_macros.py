@@ -2,6 +2,7 @@
 
 import pytest
 
+from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.program import Kind
 
@@ -175,6 +176,8 @@ def test_subprograms_come_from_files_beside_the_program_and_keep_their_names(tmp
     assert meaning.place(line) == (str(tmp_path / "O0077.nc"), 3)
     assert meaning.lines[line - 1] == "G0 X2"
     assert meaning.place(3) == (str(main), 3)
+    files = [row.get("file", "main") for row in canon_rows(meaning) if "to" in row]
+    assert files == ["main", *[str(tmp_path / "O0077.nc")] * 2, "main"]
     (finding,) = meaning.findings
     assert (finding.file, finding.line) == (str(tmp_path / "O0077.nc"), 4)
 

@@ -1,14 +1,17 @@
-"""A real five-axis program, interpreted to its end."""
+"""Real programs, interpreted to their end."""
 
+import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from gcodesim.nc.control import Control
+from gcodesim.nc.control import Control, ToolEntry, WorkOffset
 from gcodesim.nc.dialect import DIALECTS
 from gcodesim.nc.interpreter import Interpreter, interpret
 from gcodesim.nc.program import Kind
 from gcodesim.nc.reader import read_program
+from gcodesim.nc.runs import Runs
 
 PROGRAM = Path(__file__).parents[1] / "data" / "real" / "mamp_model1_bc.nc"
 
@@ -36,8 +39,23 @@ def test_every_line_of_a_printing_path_is_followed():
     assert program.to[program.kind <= Kind.ARC][-1].tolist() == [0.0, 0.0, 230.0, 0.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize(("name", "blocks"), [("nist_box_op5", 18753), ("nist_plate1", 4152)])
+def test_production_programs_are_followed_to_their_end(name, blocks):
+    path = PROGRAM.with_name(f"{name}.nc")
+    numbers = {int(n) for n in re.findall(r"[TH]([0-9]+)", path.read_text(encoding="latin-1"))}
+    tools = {n: ToolEntry(n, (0.0, 0.0, 100.0, 0.0, 0.0, 0.0), 10.0) for n in numbers}
+    offsets = {n: WorkOffset() for n in range(1, 10)}
+    control = Control(DIALECTS["fanuc"], axes="XYZ", tools=tools, offsets=offsets)
+    meaning = interpret(read_program(path), control, path.name)
+    assert meaning.findings == ()
+    assert (meaning.blocks, meaning.stopped) == (blocks, False)
+    assert meaning.last_line == meaning.line_count - 1
+    assert (meaning.program.kind == Kind.ARC).sum() > 500
+
+
 def test_plain_blocks_mean_what_the_general_way_makes_of_them(monkeypatch):
     text = read_program(PROGRAM)[:200_000] + "\nG20 G91 N7 G1 X1 F2\nN8 C3\nG0 F5\nX1"
+    monkeypatch.setattr(Runs, "take", lambda self, source, index, most: 0)
     short = interpret(text, CONTROL).program
     monkeypatch.setattr(Interpreter, "_run_plain", lambda self, block: False)
     general = interpret(text, CONTROL).program

@@ -120,3 +120,11 @@ def test_what_is_no_plain_block_is_left_alone():
     words = scan(lines, 0, len(lines), "XYZ", frozenset())
     assert [t for t, plain in zip(texts, words.plain, strict=True) if plain] == texts[:4]
     assert words.blank[:5].tolist() == [False, False, False, True, False]
+
+
+def test_progress_is_told_as_the_lines_go_by(monkeypatch):
+    monkeypatch.setattr(runs, "CHUNK", 100)
+    fractions = []
+    text = "G0\n" + "".join(f"X{i}\n" for i in range(398)) + "M30\n"
+    interpret(text, Control(DIALECTS["fanuc"]), progress=fractions.append)
+    assert fractions == pytest.approx([0.25, 0.5, 0.75, 0.9975])
