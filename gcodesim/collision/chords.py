@@ -28,7 +28,8 @@ class MotionArrays:
     level_first: wp.array[wp.int32]
     moved: wp.array2d[wp.float64]
     deviation: wp.array2d[wp.float64]
-    knot: wp.array2d[Pose]  # side, knot
+    knot: wp.array2d[Pose]  # distinct chain, knot
+    row: wp.array[wp.int32]  # side -> its row in `knot`
 
 
 @wp.struct
@@ -68,9 +69,9 @@ def side_pose(
 ):
     """Pose of one side at a time within a piece, from the table where it lies on a knot."""
     if time_ps == path.bounds_ps[piece]:
-        return motion.knot[side, piece - motion.first]
+        return motion.knot[motion.row[side], piece - motion.first]
     if time_ps == path.bounds_ps[piece + 1]:
-        return motion.knot[side, piece - motion.first + 1]
+        return motion.knot[motion.row[side], piece - motion.first + 1]
     return pair_pose(path, sides, side, piece, time_ps)
 
 

@@ -79,12 +79,12 @@ def view_run(motion: MotionArrays, pair: wp.int32, item: Item):
     view.whole.row = motion.level_first[item.level] + (knot >> item.level)
     view.earlier.row = motion.level_first[item.level - 1] + (knot >> (item.level - 1))
     view.later.row = view.earlier.row + 1
-    view.a0 = motion.knot[2 * pair, knot]
-    view.b0 = motion.knot[2 * pair + 1, knot]
-    view.a_middle = motion.knot[2 * pair, knot + half]
-    view.b_middle = motion.knot[2 * pair + 1, knot + half]
-    view.a1 = motion.knot[2 * pair, knot + 2 * half]
-    view.b1 = motion.knot[2 * pair + 1, knot + 2 * half]
+    view.a0 = motion.knot[motion.row[2 * pair], knot]
+    view.b0 = motion.knot[motion.row[2 * pair + 1], knot]
+    view.a_middle = motion.knot[motion.row[2 * pair], knot + half]
+    view.b_middle = motion.knot[motion.row[2 * pair + 1], knot + half]
+    view.a1 = motion.knot[motion.row[2 * pair], knot + 2 * half]
+    view.b1 = motion.knot[motion.row[2 * pair + 1], knot + 2 * half]
     return view
 
 

@@ -35,8 +35,8 @@ from gcodesim.constants import PAIR_BITS, SLACK_MM
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
 
-LEVEL = 6
-"""Pieces in a window: 2^6. Longer windows prove more at once, shorter ones share better."""
+LEVEL = 7
+"""Pieces in a window: 2^7. Longer windows prove more at once, shorter ones share better."""
 
 CHUNK = 64
 """Windows that share one set of motion tables."""
@@ -242,12 +242,13 @@ class Searcher:
         arrays.level_first = wp.array(tables.level_first, dtype=wp.int32, device=device)
         arrays.moved = wp.array(tables.moved, dtype=wp.float64, device=device)
         arrays.deviation = wp.array(tables.deviation, dtype=wp.float64, device=device)
-        sides = 2 * len(self.scene.pairs)
+        arrays.row = self.forest.row
+        sides = len(self.forest.distinct.first) - 1
         arrays.knot = wp.zeros((sides, count + 1), dtype=Pose, device=device)
         wp.launch(
             pose_knots,
             dim=(sides, count + 1),
-            inputs=[self.arrays, self.forest.sides, first, end - first],
+            inputs=[self.arrays, self.forest.distinct, first, end - first],
             outputs=[arrays.knot],
             device=device,
         )

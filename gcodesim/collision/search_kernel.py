@@ -32,6 +32,7 @@ from gcodesim.collision.items import (
     View,
     child_of,
     half_of,
+    sample_between,
     sample_key,
     timed,
     view_of,
@@ -56,6 +57,9 @@ distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
 """The smallest distance is found to this [mm]; finer costs time with the square root."""
+
+NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
+"""Key behind all others."""
 
 RESULT_SIZE = 4
 BEST = wp.constant(0)
@@ -248,6 +252,73 @@ def push_halves(
 
 
 @wp.func
+def clipped(
+    path: PathArrays,
+    motion: MotionArrays,
+    item: Item,
+    best: wp.int64,
+    period: wp.int64,
+    pair: wp.int32,
+):
+    """The item without later halves that lie behind the first contact known."""
+    cut = item
+    while cut.level > 0:
+        middle = path.bounds_ps[wp.min(cut.piece + (1 << (cut.level - 1)), motion.end)]
+        if sample_key(middle, period, pair) < best:
+            break
+        cut.level -= 1
+        cut.end_ps = middle
+    if cut.level == 0:
+        cut.level = INSIDE_PIECE
+    while cut.level == INSIDE_PIECE:
+        middle = sample_between(cut.start_ps, cut.end_ps, period)
+        if middle == cut.start_ps or sample_key(middle, period, pair) < best:
+            break
+        cut.end_ps = middle
+    return cut
+
+
+@wp.func
+def centre_gap(forest: ForestArrays, item: Item, view: View):
+    """Distance of the centres of two nodes in the middle, less their sizes [mm]."""
+    at_a = view.a_middle.R * forest.centre[item.a] + view.a_middle.t
+    at_b = view.b_middle.R * forest.centre[item.b] + view.b_middle.t
+    return wp.length(at_a - at_b) - forest.size[item.a] - forest.size[item.b]
+
+
+@wp.func
+def first_child_is_nearer(forest: ForestArrays, item: Item, view: View):
+    """Which child goes on top of the stack: a contact found early drops the rest."""
+    first = centre_gap(forest, child_of(forest, item, False), view)
+    return first <= centre_gap(forest, child_of(forest, item, True), view)
+
+
+@wp.func
+def touch_middle(
+    path: PathArrays,
+    pairs: ChainArrays,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    view: View,
+    period: wp.int64,
+):
+    """Key of a touch of two leaves at the sample or block end in the middle of a long stretch.
+
+    They would be tested there in the end; tested now, a touch drops everything behind it.
+    """
+    middle = half_of(item, True, view.middle_ps)
+    if middle.piece >= motion.end:
+        return NO_TOUCH
+    if item.level > 0:
+        middle.start_ps = path.bounds_ps[middle.piece]
+    if touch_at(path, pairs, forest, pair, middle, middle.start_ps):
+        return sample_key(middle.start_ps, period, pair)
+    return NO_TOUCH
+
+
+@wp.func
 def touch_ends(
     path: PathArrays,
     pairs: ChainArrays,
@@ -314,6 +385,7 @@ def search_roots(
         start = item.start_ps
         if sample_key(start, period, pair) >= result_out[BEST]:
             continue
+        item = clipped(path, motion, item, result_out[BEST], period, pair)
         step = wp.max(path.bounds_ps[item.piece], (start / period) * period)
         behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
         if behind and near_out[slot] <= step:
@@ -329,6 +401,9 @@ def search_roots(
 
         leaf = forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
         one_step = item.level < 0 and view.cut_ps == start
+        if leaf and not proof.apart and not one_step and roots.mode <= AT_ALL_TIMES:
+            key = touch_middle(path, chains.pairs, forest, motion, pair, item, view, period)
+            wp.atomic_min(result_out, BEST, key)
         if leaf and one_step and item.level == INSIDE_PIECE and roots.mode != MINIMUM:
             # Two triangles over one sample step: the exact test, then the time between.
             if roots.mode != APPROACH:
@@ -353,7 +428,8 @@ def search_roots(
                 path, chains, forest, motion, pair, item, view, proof, free, stack, top
             )
         else:
-            stack[top] = child_of(forest, item, True)
-            stack[top + 1] = child_of(forest, item, False)
+            nearer_first = first_child_is_nearer(forest, item, view)
+            stack[top] = child_of(forest, item, nearer_first)
+            stack[top + 1] = child_of(forest, item, not nearer_first)
             top += 2
     wp.atomic_add(result_out, ITEMS, items)

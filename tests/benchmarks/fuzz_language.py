@@ -31,7 +31,7 @@ LINES = 40
 """Lines taken from a long seed: mutants are short, so that many are tried."""
 
 SLOW_S = 5.0
-"""A mutant that takes longer hangs for all we know [s]; usual is a millisecond, 10,000 holes 1 s."""
+"""A mutant that takes longer hangs for all we know [s]; usual is a millisecond."""
 
 WORDS = (
     "G0 G1 G2 G3 G4 G10 G16 G28 G43 G51.1 G53 G54 G65 G68 G73 G76 G81 G83 G84 G87 G91 G93 G98 "
