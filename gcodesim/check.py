@@ -133,7 +133,7 @@ def check_program(
         findings=(
             *meaning.findings,
             *machine.findings,
-            *(evidence.placed(finding, name, lines) for finding in findings),
+            *(evidence.placed(finding, name, meaning) for finding in findings),
         ),
         coverage=evidence.coverage(detection, machine, meaning, aims.between, searches),
         contacts=evidence.contacts(detection),

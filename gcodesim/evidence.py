@@ -195,9 +195,14 @@ def coverage(
     )
 
 
-def placed(finding: Finding, file: str, lines: Sequence[str]) -> Finding:
+def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:
     """The finding with the file and the text of its block filled in."""
-    return replace(finding, file=file, block=_block(lines, finding.line or 0))
+    block = _block(meaning.lines, finding.line or 0)
+    if finding.line is None:
+        return replace(finding, file=file, block=block)
+    # Lines of subprograms in files of their own are counted behind the main program.
+    name, line = meaning.place(finding.line)
+    return replace(finding, file=name, line=line, block=block)
 
 
 def _tool_at(contact: Contact, path: Path) -> int | None:

@@ -170,7 +170,7 @@ def between_segments(p0: wp.vec3d, p1: wp.vec3d, q0: wp.vec3d, q1: wp.vec3d):
 
 @wp.func
 def between_triangles(a: wp.mat33d, b: wp.mat33d):
-    """Shortest vector from triangle a to triangle b; near zero when they touch."""
+    """Shortest vector from triangle a to triangle b; any vector when they pierce each other."""
     best = b[0] - a[0]
     corners = wp.int32(3)
     for i in range(corners):

@@ -66,8 +66,9 @@ class Place:
         """The contact of two surfaces between samples."""
         nearest = found.nearest
         sample = sample_of(found.start_ps, self.period_ps)
-        named = self._named(sample, found.start_ps, nearest.pair, nearest.numbers, nearest.point)
-        return replace(named, between=True, distance=nearest.distance)
+        # The point is posed where it was found; the event counts from where it began.
+        named = self._named(sample, nearest.time_ps, nearest.pair, nearest.numbers, nearest.point)
+        return replace(named, time_ps=found.start_ps, between=True, distance=nearest.distance)
 
     def interval(self, found: Interval, arrays: PathArrays) -> Contact:
         """The contact with which an interval of contact begins."""

@@ -36,7 +36,7 @@ GOLDEN = (5.0**0.5 - 1.0) / 2.0
 REFINEMENTS, SCANS = 24, 17
 """Instants scanned along a near stretch, and golden-section steps around the best of them."""
 
-HALVINGS = 20
+HALVINGS = 27
 """Halvings that find when the tolerance is first reached: 1e-6 of a sample step."""
 
 

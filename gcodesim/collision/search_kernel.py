@@ -287,10 +287,15 @@ def centre_gap(forest: ForestArrays, item: Item, view: View):
 
 
 @wp.func
-def first_child_is_nearer(forest: ForestArrays, item: Item, view: View):
-    """Which child goes on top of the stack: a contact found early drops the rest."""
+def push_children(
+    forest: ForestArrays, item: Item, view: View, stack: wp.array[Item], top: wp.int32
+):
+    """Push the two halves in space, the nearer on top: a contact found early drops the rest."""
     first = centre_gap(forest, child_of(forest, item, False), view)
-    return first <= centre_gap(forest, child_of(forest, item, True), view)
+    nearer = first <= centre_gap(forest, child_of(forest, item, True), view)
+    stack[top] = child_of(forest, item, nearer)
+    stack[top + 1] = child_of(forest, item, not nearer)
+    return top + 2
 
 
 @wp.func
@@ -428,8 +433,5 @@ def search_roots(
                 path, chains, forest, motion, pair, item, view, proof, free, stack, top
             )
         else:
-            nearer_first = first_child_is_nearer(forest, item, view)
-            stack[top] = child_of(forest, item, nearer_first)
-            stack[top + 1] = child_of(forest, item, not nearer_first)
-            top += 2
+            top = push_children(forest, item, view, stack, top)
     wp.atomic_add(result_out, ITEMS, items)

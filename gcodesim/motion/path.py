@@ -41,7 +41,8 @@ class Path:
         bounds_ps: piece ends [ps], shape (n + 1,), strictly ascending from 0.
         q0, q1: joint positions at start and end, shape (n, joints).
         law: (c1, c2, c3) with s = c1 tau + c2 tau^2 + c3 tau^3, where tau runs 0..1 over the
-            piece and s is the fraction of its path; shape (n, 3).
+            piece and s is the fraction of its path; shape (n, 3). Every proof of the search rests
+            on s never falling and staying within 0..1.
         arc: row in arcs, -1 for a joint-linear piece, shape (n,).
         arcs: rows of ARC_PIECE.
         xyz: columns of the joints X, Y, Z (-1: no such joint).

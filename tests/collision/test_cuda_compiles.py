@@ -11,7 +11,7 @@ import warp as wp
 
 import gcodesim.collision
 
-ARCHITECTURES = [75]  # Turing, the oldest; drivers of newer devices accept its code too
+ARCHITECTURES = [75, 90]  # Turing, the oldest that counts, and Hopper
 
 
 def kernel_modules() -> list[str]:
