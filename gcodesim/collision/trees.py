@@ -23,6 +23,10 @@ MANY = 2 * VERTEX_LIMIT
 """Triangles from which on a node is not even asked for its vertices: a closed surface of so many
 has more than VERTEX_LIMIT."""
 
+SMALL = 24
+"""Triangles up to which a node is split along the best of three axes. Larger ones lose 1 % of the
+search and save half of the building."""
+
 LEAST_SHARE = 8
 """A child holds at least 1/8 of its parent's triangles, which bounds the depth of the tree."""
 
@@ -108,16 +112,34 @@ def _joined(parts: list[dict[str, NDArray[np.generic]]]) -> Tree:
 
 
 def _split(low: Floats, high: Floats, order: Ints, counts: Ints) -> tuple[Ints, Ints]:
-    """Reorder the triangles of every node for its best split; sizes of all children in turn."""
-    if not len(counts):
-        return order, counts
+    """Reorder the triangles of every node for its best split; sizes of all children in turn.
+
+    Small nodes try all three axes, large ones only their longest: near the root it is as good.
+    """
+    arranged, sizes = order.copy(), np.ones(len(counts), np.int64)
+    small = counts <= SMALL
+    for nodes, tried in ((small, 3), (~small, 1)):
+        inside = np.repeat(nodes, counts)
+        if inside.any():
+            cuts = _best_cuts(low, high, order[inside], counts[nodes], tried)
+            arranged[inside], sizes[nodes] = cuts
+    return arranged, np.stack([sizes, counts - sizes], axis=1).ravel()
+
+
+def _best_cuts(
+    low: Floats, high: Floats, order: Ints, counts: Ints, tried: int
+) -> tuple[Ints, Ints]:
+    """The best order of the triangles of every node, and the size of its first child."""
     segment = np.repeat(np.arange(len(counts)), counts)
     starts = np.cumsum(counts) - counts
+    centres = low[order] + high[order]
+    extents = np.maximum.reduceat(centres, starts) - np.minimum.reduceat(centres, starts)
+    axes = np.argsort(-extents, axis=1, kind="stable")
     best_cost = np.full(len(counts), np.inf)
     best_size = np.ones(len(counts), np.int64)
     arranged = order.copy()
-    for axis in range(3):
-        centre = low[order, axis] + high[order, axis]
+    for axis in axes.T[:tried]:
+        centre = centres[np.arange(len(order)), axis[segment]]
         candidate = order[np.lexsort((centre, segment))]
         cost = _sweep_costs(low[candidate], high[candidate], segment, starts, counts)
         lowest = np.minimum.reduceat(cost, starts)
@@ -127,8 +149,7 @@ def _split(low: Floats, high: Floats, order: Ints, counts: Ints) -> tuple[Ints, 
         best_cost = np.where(better, lowest, best_cost)
         best_size = np.where(better, place - starts + 1, best_size)
         arranged = np.where(better[segment], candidate, arranged)
-    children = np.stack([best_size, counts - best_size], axis=1).ravel()
-    return arranged, children
+    return arranged, best_size
 
 
 def _sweep_costs(low: Floats, high: Floats, segment: Ints, starts: Ints, counts: Ints) -> Floats:
@@ -200,15 +221,12 @@ def _oriented_boxes(triangles: Floats, counts: Ints) -> tuple[Floats, Floats, Fl
     points = triangles.reshape(-1, 3)
     starts = 3 * (np.cumsum(counts) - counts)
     node = np.repeat(np.arange(len(counts)), 3 * counts)
-    mean = np.add.reduceat(points, starts) / (3 * counts)[:, None]
-    spread = points - mean[node]
-    products = spread[:, :, None] * spread[:, None, :]
-    principal = np.linalg.eigh(np.add.reduceat(products, starts))[1].transpose(0, 2, 1)
-    frames = [np.broadcast_to(np.eye(3), principal.shape), principal]
+    frames = [np.broadcast_to(np.eye(3), (len(counts), 3, 3))]
+    frames.append(_principal_frames(points, node, starts, counts))
     frames.append(_triangle_frames(triangles, starts // 3, node[::3]))
     boxes = []
-    for frame in frames:
-        turned = np.einsum("nij,nj->ni", frame[node], points)
+    for number, frame in enumerate(frames):
+        turned = np.einsum("nij,nj->ni", frame[node], points) if number else points
         low = np.minimum.reduceat(turned, starts)
         high = np.maximum.reduceat(turned, starts)
         boxes.append((frame, low, high, _area(low, high) + 1e-3 * (high - low).sum(axis=1) ** 2))
@@ -219,6 +237,17 @@ def _oriented_boxes(triangles: Floats, counts: Ints) -> tuple[Floats, Floats, Fl
     high = np.stack([b[2] for b in boxes])[choice, rows]
     centre = np.einsum("nji,nj->ni", frame, (low + high) / 2.0)
     return frame, centre, (high - low) / 2.0
+
+
+def _principal_frames(points: Floats, node: Ints, starts: Ints, counts: Ints) -> Floats:
+    """Principal axes of the vertices of each node."""
+    mean = np.add.reduceat(points, starts) / (3 * counts)[:, None]
+    spread = points - mean[node]
+    moments = np.zeros((len(counts), 3, 3))
+    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+        moments[:, j, i] = np.add.reduceat(spread[:, i] * spread[:, j], starts)
+    # eigh reads the lower triangle only.
+    return np.asarray(np.linalg.eigh(moments)[1].transpose(0, 2, 1))
 
 
 def _triangle_frames(triangles: Floats, starts: Ints, node: Ints) -> Floats:
