@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import os
 import re
 import sys
@@ -35,6 +36,17 @@ def period(text: str) -> int:
     if not 1_000_000 <= count <= 10 * PS_PER_S:
         raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")
     return count
+
+
+class FiniteRange(click.FloatRange):
+    """A range of numbers: not a number and infinity, which compare oddly, are refused."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """Parse a finite number within the range."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value!r}: expected a finite number, such as 2.5", param, ctx)
+        return number
 
 
 def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -95,7 +107,7 @@ def main() -> None:
 )
 @click.option(
     "--feed",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     metavar="MM/MIN",
     help="Feed until the first F word. Left out: a feed move before any F is an error.",
 )
@@ -125,7 +137,7 @@ def main() -> None:
 )
 @click.option(
     "--clearance",
-    type=click.FloatRange(min=0),
+    type=FiniteRange(min=0),
     metavar="MM",
     help="Distance every pair must keep, instead of what the machine file says.",
 )
@@ -220,7 +232,7 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
 @click.option("--dialect", type=DIALECT, help="How the control reads the program.")
 @click.option(
     "--feed",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     metavar="MM/MIN",
     help="Feed until the first F word.",
 )

@@ -214,3 +214,11 @@ def test_schema_and_show_print_what_they_say() -> None:
     schema = json.loads(run("machine", "schema", "tools").stdout)
     assert schema["title"] == "gcodesim tools file"
     assert "kinematic tree" in run("machine", "show", "table_tilt").stdout
+
+
+@pytest.mark.parametrize("option", ["--clearance", "--feed"])
+@pytest.mark.parametrize("value", ["nan", "inf"])
+def test_numbers_must_be_finite(option: str, value: str) -> None:
+    """A clearance of nan would compare false everywhere and check nothing, in silence."""
+    result = CliRunner().invoke(main, ["check", "x.nc", "--machine", "table_tilt", option, value])
+    assert (result.exit_code, "expected a finite number" in result.output) == (2, True)

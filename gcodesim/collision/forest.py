@@ -27,14 +27,12 @@ class Forest:
     Attributes:
         sides: chains from the common frame to body a (side 2 p) and to body b (2 p + 1) of pair p.
         distinct: the chains that differ, and `row`: side -> its number among them.
-        depth: largest sum of the depths of the two trees of a pair.
     """
 
     arrays: ForestArrays
     sides: ChainArrays
     distinct: ChainArrays
     row: Any
-    depth: int
 
 
 def build_forest(scene: Scene, joints: tuple[Joint, ...], path: Path) -> Forest:
@@ -63,11 +61,10 @@ def build_forest(scene: Scene, joints: tuple[Joint, ...], path: Path) -> Forest:
     # Levers are found as lever[first + node * count + k] with the node's number in the forest.
     arrays.lever_first = wp.array(first - np.array(roots) * counts, dtype=wp.int32, device=device)
     arrays.lever_count = wp.array(counts, dtype=wp.int32, device=device)
-    depth = max(trees[place[id(a)]].depth + trees[place[id(b)]].depth for a, b in scene.shapes)
     keys = list(dict.fromkeys(tuple(chain) for chain in chains))
     row = wp.array([keys.index(tuple(c)) for c in chains], dtype=wp.int32, device=device)
     distinct = step_arrays(joints, [list(key) for key in keys], device)
-    return Forest(arrays, step_arrays(joints, chains, device), distinct, row, depth)
+    return Forest(arrays, step_arrays(joints, chains, device), distinct, row)
 
 
 def _tree_arrays(

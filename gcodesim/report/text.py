@@ -142,7 +142,7 @@ def _checked(result: CheckResult) -> Iterator[str]:
     if not pairs or not result.samples:
         yield "  checked: nothing"
         return
-    until = " up to the first contact" if result.first_contact else ""
+    until = " up to the first contact" if result.first_contact and not result.contacts else ""
     yield f"  checked: {', '.join(pairs)}{until}; {result.method} on {result.device}"
 
 
