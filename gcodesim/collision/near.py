@@ -29,8 +29,9 @@ from gcodesim.motion.samples import sample_of
 
 wp.set_module_options(BIT_EQUAL)
 
-STEPS, MOST_STEPS = 256, 65_536
-"""Sample steps looked at per launch while walking along a near stretch: at first, and at most."""
+STEPS, GROWTH, MOST_STEPS = 4, 4, 65_536
+"""Sample steps looked at per launch along a near stretch: at first, times this each, at most. Most
+stretches lead to a touch within a step or two."""
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 REFINEMENTS, SCANS = 24, 17
@@ -148,13 +149,16 @@ def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -
     for times in _steps(searcher, start_ps, end_ps):
         if first_end == start_ps:
             first_end = int(times[1])
-        near = _look(searcher, pair, times, MODE_APPROACH).near < NO_CONTACT
-        steps = int(np.argmin(np.append(near, False)))
-        if _touching_step(searcher, pair, times) < steps:
-            return None
-        if steps < len(near):
-            end_ps = int(times[steps])
+        free = _touching_step(searcher, pair, times)
+        near = 0
+        if free:
+            steps = _look(searcher, pair, times[: free + 1], MODE_APPROACH).near < NO_CONTACT
+            near = int(np.argmin(np.append(steps, False)))
+        if near < free:
+            end_ps = int(times[near])
             break
+        if free < len(times) - 1:
+            return None
     begin = first_instant(searcher, pair, start_ps, first_end)
     end_ps = max(end_ps, first_end)
     return Approach(begin, end_ps, _nearest_in(searcher, pair, begin, end_ps))
@@ -184,8 +188,8 @@ def _touching_step(searcher: Searcher, pair: int, times: NDArray[np.int64]) -> i
         until = _look(searcher, pair, times[first : step + 2], MODE_AT_SAMPLES)
         return until.best < NO_CONTACT
 
-    # A sample has many steps where many blocks end within it.
-    return first + bisect_left(range(first, end), True, key=touches_by)
+    # A sample has many steps where many blocks end within it; if no other touches, the last does.
+    return first + bisect_left(range(first, end - 1), True, key=touches_by)
 
 
 def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[np.int64]]:
@@ -203,7 +207,7 @@ def _steps(searcher: Searcher, start_ps: int, end_ps: int) -> Iterator[NDArray[n
         inside = path.bounds_ps[(path.bounds_ps > start_ps) & (path.bounds_ps < stop)]
         samples = samples[~still[path.piece_at(samples)]]
         yield np.unique(np.concatenate([[start_ps, stop], samples, inside]))
-        start_ps, steps = stop, min(2 * steps, MOST_STEPS)
+        start_ps, steps = stop, min(GROWTH * steps, MOST_STEPS)
 
 
 def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> int:

@@ -1,9 +1,10 @@
 """The search over a path: windows of pieces times pairs, in the order of time, on all CPU threads.
 
-Windows are runs of 2^LEVEL pieces; a chunk of them shares the tables of dyadic motion, so memory
-does not grow with the program. Batches of windows run as launches side by side (a launch releases
-the interpreter lock), each with its own best contact, merged after it: the minimum does not depend
-on who finds it.
+A chunk of windows shares the tables of dyadic motion, so memory does not grow with the program.
+Chunks grow with the path behind them, and windows with their chunk, up to 2^LEVEL pieces: an early
+contact costs little more than the path before it. Batches of windows run as launches side by side
+(a launch releases the interpreter lock), each with its own best contact, merged after it: the
+minimum does not depend on who finds it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -36,18 +38,21 @@ from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
 
 LEVEL = 7
-"""Pieces in a window: 2^7. Longer windows prove more at once, shorter ones share better."""
+"""Pieces in a window: at most 2^7. Longer windows prove more at once, shorter ones share better."""
 
-CHUNK = 64
-"""Windows that share one set of motion tables."""
+FIRST_CHUNK, LAST_CHUNK = 256, 8192
+"""Pieces that share one set of motion tables: at the start of a search, and at most."""
+
+WINDOWS = 32
+"""Windows that a chunk has at least, unless they would be shorter than a piece."""
 
 ALL = slice(None)
 
 STACK_LIMIT = STACK_SIZE
 """Items a thread of the kernel may hold; fewer only make it split roots more often."""
 
-BATCH = 8
-"""Windows per launch on the CPU: what runs before a contact found elsewhere is heard of."""
+BATCH = 1024
+"""Pieces per launch on the CPU: what runs before a contact found elsewhere is heard of."""
 
 
 @dataclass(frozen=True)
@@ -162,19 +167,21 @@ class Searcher:
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:
         """Yield runs of pieces that share motion tables."""
-        step = CHUNK << LEVEL
-        for start in range(first, end, step):
-            yield start, min(start + step, end)
+        step = FIRST_CHUNK
+        while first < end:
+            yield first, min(first + step, end)
+            first, step = first + step, min(2 * step, LAST_CHUNK)
 
     def search_pieces(self, first: int, end: int, before: Outcome | None = None) -> Outcome:
         """Search the pieces first..end for all pairs, going on from what was found before."""
-        motion = self.motion(first, end)
-        starts = np.arange(first, end, 1 << LEVEL, dtype=np.int32)
+        level = min(LEVEL, max(0, ((end - first) // WINDOWS).bit_length() - 1))
+        motion = self.motion(first, end, level)
+        starts = np.arange(first, end, 1 << level, dtype=np.int32)
         zero = np.zeros(len(starts), np.int64)
-        roots = Roots(starts, np.full(len(starts), LEVEL, np.int32), zero, zero)
+        roots = Roots(starts, np.full(len(starts), level, np.int32), zero, zero)
         outcome = before or Outcome.nothing(len(self.scene.pairs))
         on_cpu = self.scene.device == "cpu"
-        size = BATCH if on_cpu else len(starts)
+        size = max(1, BATCH >> level) if on_cpu else len(starts)
         batches = [(i, min(i + size, len(starts))) for i in range(0, len(starts), size)]
         lock = threading.Lock()
 
@@ -232,16 +239,16 @@ class Searcher:
             slot += len(half.piece)
         return found
 
-    def motion(self, first: int, end: int) -> MotionArrays:
-        """Motion tables and knot poses of the pieces first..end."""
+    def motion(self, first: int, end: int, level: int = 0) -> MotionArrays:
+        """Motion tables of runs of up to 2^level pieces, and knot poses, of the pieces first..end."""
         device = self.scene.device
-        tables = dyadic_motion(self.path, self.joints, first, end, LEVEL)
-        count = ((end - first + (1 << LEVEL) - 1) >> LEVEL) << LEVEL
+        tables = dyadic_motion(self.path, self.joints, first, end, level)
+        count = ((end - first + (1 << level) - 1) >> level) << level
         arrays = MotionArrays()
         arrays.first, arrays.end = first, end
-        arrays.level_first = wp.array(tables.level_first, dtype=wp.int32, device=device)
-        arrays.moved = wp.array(tables.moved, dtype=wp.float64, device=device)
-        arrays.deviation = wp.array(tables.deviation, dtype=wp.float64, device=device)
+        arrays.level_first = _lent(tables.level_first, wp.int32, device)
+        arrays.moved = _lent(tables.moved, wp.float64, device)
+        arrays.deviation = _lent(tables.deviation, wp.float64, device)
         arrays.row = self.forest.row
         sides = len(self.forest.distinct.first) - 1
         arrays.knot = wp.zeros((sides, count + 1), dtype=Pose, device=device)
@@ -267,23 +274,23 @@ class Searcher:
         chains = Chains()
         chains.pairs, chains.sides = self.scene.chains, self.forest.sides
         arrays = RootArrays()
-        arrays.piece = wp.array(roots.piece, dtype=wp.int32, device=device)
-        arrays.level = wp.array(roots.level, dtype=wp.int32, device=device)
-        arrays.start_ps = wp.array(roots.start_ps, dtype=wp.int64, device=device)
-        arrays.end_ps = wp.array(roots.end_ps, dtype=wp.int64, device=device)
+        arrays.piece = _lent(roots.piece, wp.int32, device)
+        arrays.level = _lent(roots.level, wp.int32, device)
+        arrays.start_ps = _lent(roots.start_ps, wp.int64, device)
+        arrays.end_ps = _lent(roots.end_ps, wp.int64, device)
         arrays.period_ps = self.settings.period_ps
         free = np.array(self.settings.free_mm) + SLACK_MM
-        arrays.free_mm = wp.array(free, dtype=wp.float64, device=device)
+        arrays.free_mm = _lent(free, wp.float64, device)
         arrays.touching_mm = SLACK_MM
         arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode
         arrays.first_pair = pair or 0
         arrays.per_root = int(pair is not None)
-        near = wp.full(len(distance), NO_CONTACT, dtype=wp.int64, device=device)
-        distances = wp.array(distance, dtype=wp.float64, device=device)
+        near = _lent(np.full(len(distance), NO_CONTACT), wp.int64, device)
+        distances = _lent(distance.copy(), wp.float64, device)
         start = np.zeros(RESULT_SIZE, np.int64)
         start[0] = best
-        result = wp.array(start, dtype=wp.int64, device=device)
+        result = _lent(start, wp.int64, device)
         wp.launch(
             search_roots,
             dim=(len(roots.piece), 1 if pair is not None else len(self.scene.pairs)),
@@ -292,3 +299,8 @@ class Searcher:
             device=device,
         )
         return Outcome(near.numpy(), distances.numpy(), *result.numpy().tolist())
+
+
+def _lent(data: NDArray[Any], dtype: Any, device: str) -> Any:
+    """An array on the device; on the CPU the memory of `data` itself, for nothing."""
+    return wp.array(np.ascontiguousarray(data), dtype=dtype, device=device, copy=False)

@@ -20,10 +20,10 @@ from gcodesim.constants import TOLERANCE_MM
 
 SETUPS = (
     Setup(level=0),
-    Setup(level=3, chunk=1, batch=1),
-    Setup(level=6, chunk=1, batch=1),
-    Setup(level=6, chunk=64, batch=8, threads=2),
-    Setup(level=3, chunk=2, batch=1, threads=2),
+    Setup(level=3, chunk=8, batch=8),
+    Setup(level=6, chunk=64, batch=64),
+    Setup(level=6, chunk=4096, batch=512, threads=2),
+    Setup(level=3, chunk=16, batch=8, threads=2),
 )
 
 

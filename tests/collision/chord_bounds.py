@@ -83,7 +83,7 @@ def random_chords(rng: np.random.Generator) -> Chords:
     arrays = path_arrays(path, "cpu")
     forest = build_forest(scene, m.joints, path)
     settings = Settings(10**8, MODE_AT_SAMPLES, (0.0,) * len(pairs), 1)
-    motion = Searcher(scene, forest, path, arrays, m.joints, settings).motion(0, PIECES)
+    motion = Searcher(scene, forest, path, arrays, m.joints, settings).motion(0, PIECES, LEVEL)
     rows, times = _stretches(rng, path)
     leaves = wp.zeros((len(rows), 2 * len(pairs)), dtype=wp.float64, device="cpu")
     moved = wp.zeros((len(rows), len(joints)), dtype=wp.vec2d, device="cpu")

@@ -45,7 +45,7 @@ class Setup:
     """How a search is cut up; nothing of it may change an answer."""
 
     level: int = search.LEVEL
-    chunk: int = search.CHUNK
+    chunk: int = search.LAST_CHUNK
     batch: int = search.BATCH
     threads: int = 1
 
@@ -55,7 +55,8 @@ def cut_up(setup: Setup) -> Iterator[None]:
     """Search with other windows, chunks, batches and threads."""
     with (
         patch.object(search, "LEVEL", setup.level),
-        patch.object(search, "CHUNK", setup.chunk),
+        patch.object(search, "FIRST_CHUNK", min(search.FIRST_CHUNK, setup.chunk)),
+        patch.object(search, "LAST_CHUNK", setup.chunk),
         patch.object(search, "BATCH", setup.batch),
         patch.object(search.os, "cpu_count", lambda: setup.threads),
     ):

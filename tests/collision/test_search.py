@@ -43,9 +43,9 @@ SAMPLE_PS = 1_000_000_000
 
 SETUPS = (
     Setup(level=0),
-    Setup(level=3, chunk=1, batch=1),
-    Setup(level=6, chunk=2, batch=1, threads=2),
-    Setup(level=3, chunk=64, batch=2, threads=2),
+    Setup(level=3, chunk=8, batch=8),
+    Setup(level=6, chunk=128, batch=64, threads=2),
+    Setup(level=3, chunk=512, batch=16, threads=2),
 )
 
 SEEDS = (1, 2, 7, 8, 13, 14, 18, 19, 25, 31, 43, 44)
