@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import warp as wp
 
-from gcodesim.collision import chords, exhaustive, paper, search_kernel
+from gcodesim.collision import chords, exhaustive, paper, search_kernel, tree_kernel
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
 from gcodesim.collision.events import Contact, Place
@@ -78,6 +78,8 @@ def load_kernels(method: str, device: str) -> None:
     modules = {"search": (exhaustive, chords, search_kernel), "paper": (paper,)}
     for module in modules.get(method, (exhaustive,)):
         wp.load_module(module, device=device)
+    if method == "search":
+        wp.load_module(tree_kernel, device="cpu")
 
 
 def detect(task: Task) -> Detection:

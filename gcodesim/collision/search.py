@@ -240,7 +240,7 @@ class Searcher:
         return found
 
     def motion(self, first: int, end: int, level: int = 0) -> MotionArrays:
-        """Motion tables of runs of up to 2^level pieces, and knot poses, of the pieces first..end."""
+        """Motion tables of runs of 2^level pieces and less, and knot poses, of first..end."""
         device = self.scene.device
         tables = dyadic_motion(self.path, self.joints, first, end, level)
         count = ((end - first + (1 << level) - 1) >> level) << level

@@ -10,7 +10,8 @@ import trimesh
 from collision.scenes import Array, box, random_mesh, unit
 
 from gcodesim.collision.regions import snapped
-from gcodesim.collision.trees import LEAST_SHARE, Tree, build_tree
+from gcodesim.collision.tree_kernel import LEAST_SHARE
+from gcodesim.collision.trees import Tree, build_tree
 
 DIRECTIONS = 40
 ROUNDING_MM = 1e-10
