@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.boxes import aabbs_overlap, posed_triangle, triangle_box
-from gcodesim.collision.device import BIT_EQUAL
-from gcodesim.collision.exhaustive import NO_CONTACT
-from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.predicates import triangles_touch
+from gcodesim.collision.instant import pose_pair
+from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.scene import Scene
 from gcodesim.motion.samples import Instants
 
-wp.set_module_options(BIT_EQUAL)
-
 PROJECTIONS = 100
-"""Alternating projections towards the nearest points of two triangles."""
+"""Most alternating projections towards the nearest points of two triangles."""
 
-NUMBER_BITS = wp.constant(wp.int64(32))
+STILL_MM = 1e-9
+"""A projection that moves a point by less ends them [mm]: a point for people needs no more."""
 
 
 @dataclass(frozen=True)
@@ -40,46 +34,6 @@ class TouchingTriangles:
     point: NDArray[np.float64]
 
 
-@wp.kernel
-def find_touching_triangles(
-    path: PathArrays,
-    chains: ChainArrays,
-    pair: wp.int32,
-    piece: wp.int32,
-    time_ps: wp.int64,
-    triangles_a: wp.array[wp.mat33d],
-    triangles_b: wp.array[wp.mat33d],
-    lowest_out: wp.array[wp.int64],
-):
-    """One thread per triangle of a: lowest (number in a, number in b) that touches."""
-    i = wp.tid()
-    pose = pair_pose(path, chains, pair, piece, time_ps)
-    own = triangle_box(triangles_a[i])
-    for j in range(triangles_b.shape[0]):
-        posed = posed_triangle(pose, triangles_b[j])
-        near = aabbs_overlap(triangle_box(posed), own.low, own.high)
-        if near and triangles_touch(triangles_a[i], posed):
-            key = (wp.int64(i) << NUMBER_BITS) + wp.int64(j)
-            wp.atomic_min(lowest_out, 0, key)
-            return
-
-
-@wp.kernel
-def pose_one_triangle(
-    path: PathArrays,
-    chains: ChainArrays,
-    pair: wp.int32,
-    piece: wp.int32,
-    time_ps: wp.int64,
-    triangles: wp.array[wp.mat33d],
-    posed_out: wp.array[wp.mat33d],
-):
-    """One thread per triangle of b."""
-    i = wp.tid()
-    pose = pair_pose(path, chains, pair, piece, time_ps)
-    posed_out[i] = posed_triangle(pose, triangles[i])
-
-
 def touching_triangles(
     scene: Scene, path: PathArrays, instants: Instants, pair: int
 ) -> TouchingTriangles:
@@ -88,45 +42,13 @@ def touching_triangles(
     Raises:
         ValueError: the pair touches at none of the instants.
     """
-    device = scene.device
-    shapes = [shape.regions for shape in scene.shapes[pair]]
-    ranks = [np.argsort(regions.order) for regions in shapes]
-    ordered = [regions.triangles[rank] for regions, rank in zip(shapes, ranks, strict=True)]
-    on_device = [wp.array(t, dtype=wp.mat33d, device=device) for t in ordered]
     for time_ps, piece in zip(instants.time_ps.tolist(), instants.piece.tolist(), strict=True):
-        lowest = wp.full(1, NO_CONTACT, dtype=wp.int64, device=device)
-        pose_inputs = [path, scene.chains, pair, piece, time_ps]
-        wp.launch(
-            find_touching_triangles,
-            dim=len(ordered[0]),
-            inputs=[*pose_inputs, *on_device],
-            outputs=[lowest],
-            device=device,
-        )
-        key = int(lowest.numpy()[0])
-        if key == NO_CONTACT:
-            continue
-        i, j = key >> 32, key & 0xFFFFFFFF
-        posed = posed_row(scene, path, pair, piece, time_ps, on_device[1][j : j + 1])
-        point = common_point(ordered[0][i], posed)
-        numbers = [int(s.order[r[k]]) for s, r, k in zip(shapes, ranks, (i, j), strict=True)]
-        return TouchingTriangles(time_ps, (numbers[0], numbers[1]), point)
+        posed = pose_pair(scene, path, pair, piece, time_ps)
+        rows = posed.touching()
+        if rows:
+            point = common_point(*posed.triangles(*rows))
+            return TouchingTriangles(time_ps, posed.numbers(*rows), point)
     raise ValueError("the pair touches at none of the instants")
-
-
-def posed_row(
-    scene: Scene, path: PathArrays, pair: int, piece: int, time_ps: int, triangle: Any
-) -> NDArray[np.float64]:
-    """One triangle of b, given as a device array of one row, in the frame of a, shape (3, 3)."""
-    posed = wp.zeros(1, dtype=wp.mat33d, device=scene.device)
-    wp.launch(
-        pose_one_triangle,
-        dim=1,
-        inputs=[path, scene.chains, pair, piece, time_ps, triangle],
-        outputs=[posed],
-        device=scene.device,
-    )
-    return np.asarray(posed.numpy()[0])
 
 
 def halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -134,8 +56,10 @@ def halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float6
     p = a.mean(axis=0)
     q = p
     for _ in range(PROJECTIONS):
-        q = _project(b, p)
+        q, last = _project(b, p), p
         p = _project(a, q)
+        if np.abs(p - last).max() < STILL_MM:
+            break
     return np.asarray((p + q) / 2.0)
 
 

@@ -12,22 +12,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.boxes import posed_triangle, triangle_box
-from gcodesim.collision.closest import between_triangles
-from gcodesim.collision.contact import halfway, posed_row
-from gcodesim.collision.device import BIT_EQUAL
+from gcodesim.collision.contact import halfway
 from gcodesim.collision.exhaustive import NO_CONTACT
-from gcodesim.collision.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.predicates import triangles_touch
+from gcodesim.collision.instant import PosedPair, pose_pair
 from gcodesim.collision.search import Outcome, Roots, Searcher
-from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
-from gcodesim.constants import PAIR_BITS
+from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES, MODE_MINIMUM
+from gcodesim.constants import PAIR_BITS, SLACK_MM
 from gcodesim.motion.samples import sample_of
-
-wp.set_module_options(BIT_EQUAL)
 
 STEPS, GROWTH, MOST_STEPS = 4, 4, 65_536
 """Sample steps looked at per launch along a near stretch: at first, times this each, at most. Most
@@ -73,67 +66,33 @@ class Approach:
     nearest: Nearest
 
 
-@wp.kernel
-def find_nearest_triangles(
-    path: PathArrays,
-    chains: ChainArrays,
-    place: wp.vec2i,  # pair, piece
-    time_ps: wp.int64,
-    triangles_a: wp.array[wp.mat33d],
-    triangles_b: wp.array[wp.mat33d],
-    nearest_out: wp.array[wp.vec3d],
-    number_out: wp.array[wp.int32],
-):
-    """One thread per triangle of a: vector to the nearest triangle of b, and its number."""
-    i = wp.tid()
-    pose = pair_pose(path, chains, place[0], place[1], time_ps)
-    own = triangles_a[i]
-    box = triangle_box(own)
-    best = wp.float64(1.0e30)
-    for j in range(triangles_b.shape[0]):
-        posed = posed_triangle(pose, triangles_b[j])
-        other = triangle_box(posed)
-        apart = wp.max(wp.max(other.low - box.high, box.low - other.high), wp.vec3d())
-        if wp.dot(apart, apart) < best:
-            v = between_triangles(own, posed)
-            if triangles_touch(own, posed):
-                v = wp.vec3d()
-            if wp.dot(v, v) < best:
-                best = wp.dot(v, v)
-                nearest_out[i] = v
-                number_out[i] = j
+def distances_at(searcher: Searcher, pair: int, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Distance of a pair that does not touch at some instants, to 5e-7 mm from above, (n,) [mm].
 
-
-def nearest_triangles(searcher: Searcher, pair: int, time_ps: int) -> tuple[float, int, int]:
-    """Smallest distance of a pair at one instant [mm], and its triangles in the scene's order."""
-    scene = searcher.scene
-    shapes = [shape.regions for shape in scene.shapes[pair]]
-    on_device = [wp.array(s.triangles, dtype=wp.mat33d, device=scene.device) for s in shapes]
-    vectors = wp.zeros(len(shapes[0].triangles), dtype=wp.vec3d, device=scene.device)
-    numbers = wp.zeros(len(shapes[0].triangles), dtype=wp.int32, device=scene.device)
-    piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
-    wp.launch(
-        find_nearest_triangles,
-        dim=len(shapes[0].triangles),
-        inputs=[searcher.arrays, scene.chains, wp.vec2i(pair, piece), time_ps, *on_device],
-        outputs=[vectors, numbers],
-        device=scene.device,
-    )
-    distances = np.linalg.norm(vectors.numpy(), axis=1)
-    i = int(np.argmin(distances))
-    return float(distances[i]), i, int(numbers.numpy()[i])
+    Where it touches, the distance of any two of its triangles.
+    """
+    free = (0.0,) * len(searcher.scene.pairs)
+    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free)
+    pieces = searcher.path.piece_at(times_ps)
+    roots = Roots(pieces, np.full(len(pieces), -1, np.int32), times_ps, times_ps)
+    return replace(searcher, settings=settings).search_stretches(roots, pair).distance
 
 
 def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
-    """Smallest distance of a pair at one instant, over all its triangles, and where."""
-    distance, i, j = nearest_triangles(searcher, pair, time_ps)
-    scene = searcher.scene
-    a, b = (shape.regions for shape in scene.shapes[pair])
-    piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
-    other = wp.array(b.triangles[j : j + 1], dtype=wp.mat33d, device=scene.device)
-    posed = posed_row(scene, searcher.arrays, pair, piece, time_ps, other)
-    point = halfway(a.triangles[i], posed)
-    return Nearest(time_ps, pair, distance, (int(a.order[i]), int(b.order[j])), point)
+    """Smallest distance of a pair at one instant, and where."""
+    posed, (distance, i, j) = _nearest_rows(searcher, pair, time_ps)
+    point = halfway(*posed.triangles(i, j))
+    return Nearest(time_ps, pair, distance, posed.numbers(i, j), point)
+
+
+def _nearest_rows(
+    searcher: Searcher, pair: int, time_ps: int
+) -> tuple[PosedPair, tuple[float, int, int]]:
+    times = np.array([time_ps])
+    within = float(distances_at(searcher, pair, times)[0]) + SLACK_MM
+    piece = int(searcher.path.piece_at(times)[0])
+    posed = pose_pair(searcher.scene, searcher.arrays, pair, piece, time_ps)
+    return posed, posed.nearest(within)
 
 
 def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Approach | None:
@@ -231,7 +190,7 @@ def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Ne
     def distance(time: float) -> float:
         instant = round(time)
         if instant not in seen:
-            seen[instant] = nearest_triangles(searcher, pair, instant)[0]
+            seen[instant] = _nearest_rows(searcher, pair, instant)[1][0]
         return seen[instant]
 
     times = np.unique(np.linspace(start_ps, end_ps, SCANS).astype(np.int64)).tolist()

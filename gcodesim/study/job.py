@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
 from gcodesim.collision.forest import Forest, build_forest
-from gcodesim.collision.near import Approach, first_event
+from gcodesim.collision.near import Approach, distances_at, first_event
 from gcodesim.collision.poses import path_arrays
 from gcodesim.collision.scene import Scene, build_scene
 from gcodesim.collision.search import Outcome, Roots, Searcher, Settings
-from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES, MODE_MINIMUM
+from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.errors import UsageError
 from gcodesim.machine.model import Machine
@@ -213,8 +213,4 @@ def window_search(searcher: Searcher, number: int) -> Callable[[], Outcome]:
 def clearances_at(searcher: Searcher, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
     """Smallest distance of each pair at some instants, shape (pairs, instants) [mm]."""
     pairs = range(len(searcher.scene.pairs))
-    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=(0.0,) * len(pairs))
-    finder = replace(searcher, settings=settings)
-    pieces = searcher.path.piece_at(times_ps)
-    roots = Roots(pieces, np.full(len(pieces), -1, np.int32), times_ps, times_ps)
-    return np.array([finder.search_stretches(roots, pair).distance for pair in pairs])
+    return np.array([distances_at(searcher, pair, times_ps) for pair in pairs])
