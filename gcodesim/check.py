@@ -6,16 +6,23 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
+from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S, TOLERANCE_MM
 from gcodesim.findings import Finding
 from gcodesim.machine.control import control_for
 from gcodesim.machine.model import Machine
 from gcodesim.motion.limits import overtravels
+from gcodesim.motion.off_path import OffPath, off_path
+from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
-from gcodesim.motion.samples import sample_count
+from gcodesim.motion.samples import sample_count, tool_times
+from gcodesim.nc.control import MAX_BLOCKS
 from gcodesim.nc.interpreter import interpret
 from gcodesim.verdict import CheckResult
+
+if TYPE_CHECKING:
+    from gcodesim.collision.detector import Task
 
 
 @dataclass(frozen=True)
@@ -34,6 +41,7 @@ class Options:
         stop_all: list every contact, not only the first (method search).
         audit: check again with nothing left out, and compare (method search).
         block_delete: leave out blocks that begin with /.
+        max_blocks: interpretation ends after this many blocks.
     """
 
     dialect: str | None = None
@@ -47,6 +55,12 @@ class Options:
     stop_all: bool = False
     audit: bool = False
     block_delete: bool = False
+    max_blocks: int = MAX_BLOCKS
+
+    @property
+    def language(self) -> tuple[str | None, float | None, bool, int]:
+        """What control_for takes, besides the machine."""
+        return self.dialect, self.feed, self.block_delete, self.max_blocks
 
 
 @dataclass
@@ -77,37 +91,26 @@ def check_program(
         name: its file name, for findings.
         machine: machine with setup and tools.
         options: see Options.
-        progress: called with the fraction of program time that is proved.
+        progress: called with the fraction of the lines read, then of the program time proved.
 
     Raises:
         UsageError: the dialect or the device is not known.
     """
     watch = Stopwatch()
     with watch.time("interpret"):
-        control = control_for(machine, options.dialect, options.feed, options.block_delete)
-        meaning = interpret(text, control, name)
+        control = control_for(machine, *options.language)
+        meaning = interpret(text, control, name, progress)
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)
+        off = off_path(meaning.program, path, machine)
     with watch.time("compile"):
-        # Imported late: Warp takes a while to start, and a wrong option must not wait for it.
+        task = _task(path, machine, options, off, progress)
+        # Imported late, as in _task.
         from gcodesim import evidence
         from gcodesim.audit import audit
-        from gcodesim.collision.detector import Task, detect, load_kernels
-        from gcodesim.collision.device import resolve_device
-        from gcodesim.collision.span_search import Aims
-
-        device = resolve_device(options.device)
-        load_kernels(options.method, device)
+        from gcodesim.collision.detector import detect
     with watch.time("search"):
-        searches = options.method == "search"
-        aims = Aims(
-            between=options.between and searches,
-            clearance=options.clearance,
-            minimum=options.minimum,
-            stop_all=options.stop_all,
-        )
-        task = Task(path, machine, options.period_ps, device, options.method, aims, progress)
         detection = detect(task)
     if options.audit:
         with watch.time("audit"):
@@ -117,17 +120,21 @@ def check_program(
     findings += evidence.detection_findings(detection, machine, path)
     if not len(path):
         findings.append(Finding("GC430", "the program moves no axis", "no_motion"))
-    lines, contact = meaning.lines, detection.contact
+    lines, contact, between = meaning.lines, detection.contact, task.aims.between
+    searches = options.method == "search"
+    said = evidence.off_path_lines(off, path, machine, between, searches)
     return CheckResult(
         program=name,
         machine=machine.name,
         verified_model=machine.verified,
-        device=device,
+        device=task.device,
         method=options.method,
         dialect=control.dialect.name,
         sample_period_s=options.period_ps / PS_PER_S,
         samples=sample_count(path, options.period_ps) if len(path) else 0,
         duration_s=path.duration_s,
+        tool_times=tool_times(path),
+        tolerance_mm=TOLERANCE_MM + path.deviation_mm,
         blocks=meaning.blocks,
         first_contact=evidence.first_contact(contact, path, lines) if contact else None,
         findings=(
@@ -135,10 +142,37 @@ def check_program(
             *machine.findings,
             *(evidence.placed(finding, name, meaning) for finding in findings),
         ),
-        coverage=evidence.coverage(detection, machine, meaning, aims.between, searches),
+        coverage=evidence.coverage(detection, machine, meaning, between, searches, said),
         contacts=evidence.contacts(detection),
         clearances=evidence.clearances(detection, path),
         left_out=evidence.left_out(detection, machine, path) if searches else (),
         work=detection.work.as_report,
         timing_s=watch.seconds,
     )
+
+
+def _task(
+    path: Path,
+    machine: Machine,
+    options: Options,
+    off: OffPath,
+    progress: Callable[[float], None],
+) -> Task:
+    """What the detector is to do, with its kernels loaded.
+
+    Warp takes a while to start, and a wrong option must not wait for it: it is imported here.
+    """
+    from gcodesim.collision.detector import Task, load_kernels
+    from gcodesim.collision.device import resolve_device
+    from gcodesim.collision.span_search import Aims
+
+    device = resolve_device(options.device)
+    load_kernels(options.method, device)
+    aims = Aims(
+        between=options.between and options.method == "search",
+        clearance=options.clearance,
+        minimum=options.minimum,
+        stop_all=options.stop_all,
+        off_path=off,
+    )
+    return Task(path, machine, options.period_ps, device, options.method, aims, progress)

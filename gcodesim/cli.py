@@ -113,6 +113,18 @@ def main() -> None:
 )
 @click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
 @click.option(
+    "--max-blocks",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Blocks after which the program counts as endless. Left out: 100 million.",
+)
+@click.option(
+    "--rapids",
+    type=click.Choice(["linear", "dogleg"]),
+    help="Way of rapid moves: straight, or every axis at its own rate. Left out: as the machine "
+    "file says.",
+)
+@click.option(
     "--sample-period",
     type=period,
     default="0.1ms",
@@ -177,6 +189,7 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
     _refuse_search_options(given)
     from gcodesim.check import Options, check_program
     from gcodesim.machine.loading import load_machine
+    from gcodesim.nc.control import MAX_BLOCKS
 
     machine = load_machine(
         _machine_path(given["machine_path"], given["setup"]),
@@ -184,6 +197,7 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
         setup=given["setup"],
         allow_outside=given["allow_outside"],
     )
+    machine = replace(machine, rapids=given["rapids"] or machine.rapids)
     options = Options(
         dialect=given["dialect"],
         feed=given["feed"],
@@ -196,6 +210,7 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
         stop_all=given["stop"] == "all",
         audit=given["audit"],
         block_delete=given["block_delete"],
+        max_blocks=given["max_blocks"] or MAX_BLOCKS,
     )
     results, codes = [], []
     for program in programs:
@@ -237,15 +252,23 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
     help="Feed until the first F word.",
 )
 @click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
+@click.option(
+    "--max-blocks",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Blocks after which the program counts as endless. Left out: 100 million.",
+)
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
     from gcodesim.findings import FAIL, INCONCLUSIVE
     from gcodesim.machine.control import bare_control, control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.nc.canon import write_canon
+    from gcodesim.nc.control import MAX_BLOCKS
     from gcodesim.nc.interpreter import interpret
 
-    choices = (given["dialect"], given["feed"], given["block_delete"])
+    most = given["max_blocks"] or MAX_BLOCKS
+    choices = (given["dialect"], given["feed"], given["block_delete"], most)
     if machine_path:
         control = control_for(load_machine(machine_path, tools=tools), *choices)
     else:

@@ -48,3 +48,8 @@ end exactly on a limit must not fail through rounding."""
 FULL_CIRCLE_MM = 1.0e-9
 """An arc whose end lies this near its start [mm] along the arc is a full circle. Programs have 4
 decimals; rounding of machine coordinates stays below 1e-11 mm."""
+
+TCP_DEVIATION_MM = 1.0e-3
+"""Moves under tool centre point control are cut into pieces straight in the joints; no point of a
+link leaves the true path by more than this [mm], and pairs keep that distance. Smaller makes more
+pieces (as the inverse square root), larger widens every pair."""

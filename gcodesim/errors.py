@@ -3,6 +3,7 @@
 GcodesimError          everything below; a bare traceback of another type is a defect
 ├── UsageError         an option or a file cannot be used: the command ends with exit code 2
 │   └── ModelError     a machine, tools or setup file is wrong: names file, line and key
+├── OrientationError   no rotary position holds the tool so: carries a meaning, caught by nc
 └── ProgramError       a block no control would accept: carries a Finding, caught by nc.interpreter
 """
 
@@ -35,6 +36,18 @@ class ModelError(UsageError):
         self.path, self.line, self.key = path, line, key
         place = path if line is None else f"{path}:{line}"
         super().__init__(f"{place}: {key}: {message}" if key else f"{place}: {message}")
+
+
+class OrientationError(GcodesimError):
+    """The rotary joints cannot hold the tool in a wanted direction.
+
+    Attributes:
+        meaning: stable id of the cause, a key of nc.meanings.MEANINGS.
+    """
+
+    def __init__(self, meaning: str, message: str) -> None:
+        self.meaning = meaning
+        super().__init__(message)
 
 
 class ProgramError(GcodesimError):

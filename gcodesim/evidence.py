@@ -18,6 +18,7 @@ from gcodesim.constants import PS_PER_S, SLACK_MM
 from gcodesim.findings import CONTAINMENT_UNDECIDED, Finding
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
+from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans
 from gcodesim.nc.interpreter import Interpretation
@@ -98,14 +99,19 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
 
 
 def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
-    message = (
-        f"{pair.a} comes to {near.distance:.6g} mm of {pair.b}; "
-        f"the clearance asked for is {near.limit:g} mm"
-    )
+    asked, off = near.limit - near.departure, near.departure
+    message = f"{pair.a} comes to {near.distance:.6g} mm of {pair.b}; "
+    code, meaning = "GC201", "clearance"
+    if near.distance <= off:
+        code, meaning = "GC202", "path_tolerance"
+        message += f"the machine may be off its path by {off:.6g} mm: a touch is not excluded"
+    else:
+        message += f"the clearance asked for is {asked:g} mm"
+        message += f", and it may be off its path by {off:.6g} mm" if off > 0.0 else ""
     return Finding(
-        "GC201",
+        code,
         message,
-        "clearance",
+        meaning,
         line=_line(path, near.time_ps) or None,
         time_s=near.time_ps / PS_PER_S,
         pair=(pair.a, pair.b),
@@ -178,6 +184,7 @@ def coverage(
     meaning: Interpretation,
     between: bool,
     searches: bool,
+    off_path: tuple[str, ...],
 ) -> Coverage:
     """What was checked and what was not."""
     pairs = [pair for pair in machine.pairs if pair in detection.checked]
@@ -192,7 +199,37 @@ def coverage(
             if pair.clearance > 0.0 and not searches
         ),
         unchecked_by_rule=machine.unchecked_by_rule,
+        off_path=off_path,
     )
+
+
+def off_path_lines(
+    off: OffPath, path: Path, machine: Machine, between: bool, searches: bool
+) -> tuple[str, ...]:
+    """How far the machine may be from the path that was checked, one line for each cause.
+
+    Args:
+        off: bounds of rounded corners and of the lag of the drives.
+        path: with the deviation of moves under tool centre point control.
+        machine: whose joints lag.
+        between: the time between samples is proved too.
+        searches: the method proves distances, not only tells contact.
+    """
+    lines = [off.corners] if off.corners else []
+    late = [
+        f"{joint.name} {bound:.3g} {'deg' if joint.rotary else 'mm'}"
+        for joint, bound in zip(machine.joints, off.lag, strict=True)
+        if bound > 0.0
+    ]
+    if late:
+        lines.append(f"clearances widened by the lag of the drives ({', '.join(late)})")
+    if lines and not searches:
+        lines.append("this method widens nothing: it tells contact on the path itself")
+    if path.deviation_mm:
+        proved = "the tolerance between samples is widened by it" if between else "not covered"
+        good = f"{path.deviation_mm:.3g} mm"
+        lines.append(f"moves under tool centre point control followed to {good}: {proved}")
+    return tuple(lines)
 
 
 def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:

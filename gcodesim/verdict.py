@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from gcodesim.constants import TOLERANCE_MM
 from gcodesim.findings import FAIL, INCONCLUSIVE, Finding
 
 PASS = "pass"
@@ -50,7 +51,11 @@ class FirstContact:
 
 @dataclass(frozen=True)
 class Coverage:
-    """What was checked, and what was not."""
+    """What was checked, and what was not.
+
+    `off_path` says how far the real machine may be from the path that was checked, and what of
+    that is only assumed.
+    """
 
     pairs: tuple[tuple[str, str], ...] = ()
     between_samples: bool = False
@@ -58,6 +63,7 @@ class Coverage:
     ignored: tuple[str, ...] = ()
     uncertified: tuple[str, ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
+    off_path: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -95,7 +101,11 @@ class LeftOut:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Everything a report shows about one program."""
+    """Everything a report shows about one program.
+
+    `tool_times` are numbers of tools, None before the first change, with their program time [s];
+    `tolerance_mm` is the distance below which time between samples does not count as free.
+    """
 
     program: str
     machine: str
@@ -110,6 +120,8 @@ class CheckResult:
     first_contact: FirstContact | None
     findings: tuple[Finding, ...]
     coverage: Coverage
+    tool_times: tuple[tuple[int | None, float], ...] = ()
+    tolerance_mm: float = TOLERANCE_MM
     contacts: tuple[ContactInterval, ...] = ()
     clearances: tuple[SmallestDistance, ...] = ()
     left_out: tuple[LeftOut, ...] = ()

@@ -118,6 +118,13 @@ def revolve(profile: Sequence[Point], segments: int, centre: Point = (0.0, 0.0))
     return np.array(shell)
 
 
+def leaning(shell: Shell, pivot: float) -> Shell:
+    """Return a shell about +Z through the origin, its axis turned to (0, 1, 1) through a pivot."""
+    x, y, z = np.moveaxis(shell, 2, 0)
+    root = math.sqrt(0.5)
+    return on_grid(np.stack([x, root * (y + z), root * (z - y) + pivot], axis=2))
+
+
 # -- components that several machines share --------------------------------------------------------
 
 
@@ -277,6 +284,23 @@ def head_tilt() -> dict[str, list[Shell]]:
     }
 
 
+def nutating_head() -> dict[str, list[Shell]]:
+    """Spindle-nutating: bed, column, saddle and ram of head_tilt; carrier C, nutating spindle B.
+
+    The axes of C (+Z) and B (0, 1, 1) meet in (0, 0, 900). C and B part in the plane through that
+    point perpendicular to the axis of B: what is B stays below it, however it turns.
+    """
+    machine = head_tilt()
+    flange = [(0, 1062), (152, 1062), (160, 1070), (160, 1090), (150, 1097), (0, 1097)]
+    neck = [(0, 985), (80, 985), (80, 1070), (0, 1070)]
+    nose = [(0, 700), (45, 700), (48, 718), (68, 785), (68, 815), (0, 815)]
+    carrier = leaning(extrude("z", ngon((0, 0), 90, 24), 2, 75), 900)
+    knuckle = leaning(extrude("z", ngon((0, 0), 90, 24), -75, -2), 900)
+    machine["C"] = [revolve(flange, 32), revolve(neck, 24), carrier]
+    machine["B"] = [revolve(nose, 24), knuckle]
+    return machine
+
+
 def table_head() -> dict[str, list[Shell]]:
     """One rotary joint in each branch: table slide X with table C; bridge Y, ram Z, spindle B.
 
@@ -335,7 +359,7 @@ def write_stl(path: Path, shells: Iterable[Shell]) -> None:
 
 def main(folder: Path) -> None:
     """Write every mesh of every shipped machine below the folder."""
-    for build in (table_tilt, head_tilt, table_head):
+    for build in (table_tilt, head_tilt, nutating_head, table_head):
         (folder / build.__name__).mkdir(parents=True, exist_ok=True)
         for link, shells in build().items():
             write_stl(folder / build.__name__ / f"{link}.stl", shells)

@@ -168,13 +168,21 @@ def test_the_caret_stands_under_its_column(block: str) -> None:
     assert shown.isprintable()
 
 
+def test_cycle_time_is_told_per_tool() -> None:
+    timed = replace(PASSED, tool_times=((None, 1.2), (7, 13.0)))
+    assert "  tools: as started 1.200 s, T7 13.000 s\n" in text(timed)
+    told = [{"tool": None, "time_s": 1.2}, {"tool": 7, "time_s": 13.0}]
+    assert report_dict(timed)["tool_times"] == told
+    assert "tools:" not in text(replace(PASSED, tool_times=((7, 14.2),)))
+
+
 def test_json_has_the_keys_of_the_schema() -> None:
     report = json.loads(json.dumps(report_dict(FAILED)))
     assert list(report) == [
         *("schema", "verdict", "program", "machine", "verified_model", "device", "method"),
-        *("dialect", "sample_period_s", "samples", "duration_s", "blocks", "tolerance_mm"),
-        *("slack_mm", "first_contact", "contacts", "clearances", "findings", "coverage"),
-        *("left_out", "work", "timing_s"),
+        *("dialect", "sample_period_s", "samples", "duration_s", "tool_times", "blocks"),
+        *("tolerance_mm", "slack_mm", "first_contact", "contacts", "clearances", "findings"),
+        *("coverage", "left_out", "work", "timing_s"),
     ]
     assert report["schema"] == "gcodesim.report/1"
     assert report["verdict"] == "fail"
@@ -199,6 +207,7 @@ def test_json_has_the_keys_of_the_schema() -> None:
         "ignored": [],
         "uncertified": [],
         "unchecked_by_rule": [],
+        "off_path": [],
     }
     touch = report["findings"][1]
     assert len(touch.pop("fingerprint")) == 16

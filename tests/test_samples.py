@@ -2,7 +2,7 @@
 
 import importlib.util
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +52,7 @@ def declaration(path):
         given[kind] = word
     assert bool(given["code"]) == (match[1] != "PASS"), f"{path.name}: a code, except with PASS"
     head = "".join(text.splitlines()[:3])
-    options = dict(re.findall(r"\((machine|setup|tools|period): ([\w.]+)\)", head))
+    options = dict(re.findall(r"\((machine|setup|tools|period|rapids): ([\w.]+)\)", head))
     return Declaration(match[1], options=options, **given)
 
 
@@ -62,6 +62,7 @@ def check(path, **chosen):
     files = {k: str(SAMPLES / v) for k, v in declared.options.items() if k in ("setup", "tools")}
     machine = load_machine(declared.options.get("machine", "table_tilt"), **files)
     period_ms = float(declared.options.get("period", "0.1ms").removesuffix("ms"))
+    machine = replace(machine, rapids=declared.options.get("rapids", machine.rapids))
     options = Options(**{"period_ps": round(period_ms * PS_PER_MS)} | chosen)
     return check_program(read_program(str(path)), path.name, machine, options)
 
@@ -92,6 +93,7 @@ def test_samples_show_every_phenomenon():
         "table_tilt",
         "head_tilt",
         "table_head",
+        "nutating_head",
     }
     assert sum(d.verdict == "PASS" for d in declared) >= 4
     assert len(declared) >= 12
@@ -111,6 +113,7 @@ def test_samples_alone_step_over_the_shim_unless_they_are_finer():
     [
         ("long_drill_shorter", "long_drill", []),
         ("five_axis_finish", "five_axis_crash", ["N1714 G0 Z15.0"]),
+        ("rapid_straight", "rapid_dogleg", []),
     ],
 )
 def test_twins_differ_where_they_say(passes, fails, other):
@@ -120,6 +123,16 @@ def test_twins_differ_where_they_say(passes, fails, other):
     ]
     assert len(blocks[0]) == len(blocks[1])
     assert [b for a, b in zip(*blocks, strict=True) if a != b] == other
+
+
+@pytest.mark.parametrize("name", ["tcp_follows_table", "tcp_spindle_into_table"])
+def test_tool_centre_point_control_decides(name, tmp_path):
+    """Read as a plain tool length, G43.4 gives the other verdict."""
+    path = SAMPLES / f"{name}.nc"
+    plain = tmp_path / path.name
+    plain.write_text(path.read_text().replace("G43.4 H", "G43 H"))
+    verdicts = {check(path).verdict, check(plain).verdict}
+    assert verdicts == {"pass", "fail"}
 
 
 @pytest.fixture(scope="module")

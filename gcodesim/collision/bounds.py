@@ -101,14 +101,17 @@ def levers(
     rows = []
     for step, (column, _) in enumerate(chain):
         if joints[column].rotary:
-            rows.append(tree.highest(_distances(joints, column, chain[step + 1 :], triangles)))
+            rows.append(tree.highest(axis_distances(joints, column, chain[step + 1 :], triangles)))
     return np.stack(rows, axis=1) if rows else np.zeros((len(tree.left), 0))
 
 
-def _distances(
+def axis_distances(
     joints: tuple[Joint, ...], column: int, beyond: list[tuple[int, int]], triangles: Floats
 ) -> Floats:
-    """Largest distance of each triangle from the axis of joint `column`, shape (n,)."""
+    """Largest distance of each triangle from the axis of joint `column`, shape (n,) [mm].
+
+    The joints `beyond` the axis may stand anywhere within the given limits.
+    """
     axis, point = joints[column].axis, joints[column].point
     moving = [step for step in beyond if joints[step[0]].upper > joints[step[0]].lower]
     if not moving and all(joints[c].upper == joints[c].lower == 0.0 for c, _ in beyond):

@@ -29,13 +29,15 @@ class Nearness:
         pair: index in the scene.
         distance: smallest distance of the whole stretch searched [mm].
         time_ps: when the pair first comes to `limit`.
-        limit: clearance asked for, or the smallest distance itself [mm].
+        limit: distance asked for, or the smallest distance itself [mm].
+        departure: how much of the limit stands for a machine that leaves the path [mm].
     """
 
     pair: int
     distance: float
     time_ps: int
     limit: float
+    departure: float = 0.0
 
 
 def too_near(

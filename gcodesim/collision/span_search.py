@@ -10,6 +10,7 @@ import numpy as np
 from gcodesim.collision.bounds import travelled
 from gcodesim.collision.clearance import LEFT_OUT, Nearness, nearest_of_all, too_near
 from gcodesim.collision.contact import touching_triangles
+from gcodesim.collision.departure import departures
 from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
 from gcodesim.collision.forest import build_forest
@@ -21,6 +22,7 @@ from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
 from gcodesim.machine.model import Pair
+from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.samples import Instants, sample_count, sample_of, window
 
 
@@ -34,6 +36,7 @@ class Aims:
         minimum: find the smallest distance of every pair.
         stop_all: list every contact instead of stopping at the first.
         leave_out: leave out what the program cannot need.
+        off_path: how far the machine may be from the path; widens every clearance.
     """
 
     between: bool = True
@@ -41,6 +44,7 @@ class Aims:
     minimum: bool = False
     stop_all: bool = False
     leave_out: bool = True
+    off_path: OffPath = field(default_factory=OffPath)
 
     def clearance_of(self, pair: Pair) -> float:
         """Clearance of a pair [mm]."""
@@ -75,7 +79,7 @@ def search_span(
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
     findings = SpanFindings()
-    place, free = _leave_out(place, aims, findings)
+    place, free, departing = _leave_out(place, aims, findings)
     span, path = place.span, place.path
     begin = Instants(
         np.array([span.start_ps]),
@@ -96,7 +100,7 @@ def search_span(
     if contact is not None:
         pair = place.scene.pairs.index(contact.pair)
         best = (contact.sample << PAIR_BITS) + pair
-    _look_at_clearances(place, searcher, aims, (first, end, best), findings)
+    _look_at_clearances(place, searcher, aims, (first, end, best), departing, findings)
     if aims.stop_all and contact is not None:
         findings.intervals = [
             (interval, place.interval(interval, searcher.arrays))
@@ -106,15 +110,24 @@ def search_span(
     return contact, findings
 
 
-def _leave_out(place: Place, aims: Aims, findings: SpanFindings) -> tuple[Place, tuple[float, ...]]:
-    """The place without what cannot matter, and per pair the distance a proof must leave [mm]."""
+def _leave_out(
+    place: Place, aims: Aims, findings: SpanFindings
+) -> tuple[Place, tuple[float, ...], tuple[float, ...]]:
+    """The place without what cannot matter, and per pair two distances [mm].
+
+    The first is what a proof must leave, the second how far the pair may be off its path.
+    """
     scene = place.scene
-    tolerance = TOLERANCE_MM if aims.between else 0.0
+    tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
-    if not aims.leave_out:
-        return place, tuple(free)
     travels = travelled(place.machine.joints, place.path)
-    needed = [max(tolerance, aims.clearance_of(pair)) for pair in scene.pairs]
+    departing = departures(scene, travels, aims.off_path)
+    if not aims.leave_out:
+        return place, tuple(free), departing
+    needed = [
+        max(tolerance, aims.clearance_of(pair) + off)
+        for pair, off in zip(scene.pairs, departing, strict=True)
+    ]
     samples = sample_count(place.path, place.period_ps)
     apart = pairs_out_of_reach(scene, travels, needed, samples)
     findings.left_out = list(apart.values())
@@ -124,7 +137,7 @@ def _leave_out(place: Place, aims: Aims, findings: SpanFindings) -> tuple[Place,
         # The smallest distance may lie between triangles that no proof of freedom needs.
         scene, dropped = without_far_triangles(scene, travels, needed)
         findings.left_out += dropped
-    return replace(place, scene=scene), tuple(free)
+    return replace(place, scene=scene), tuple(free), departing
 
 
 def _searcher(place: Place, arrays: PathArrays, aims: Aims, free: tuple[float, ...]) -> Searcher:
@@ -162,19 +175,25 @@ def _look_at_clearances(
     searcher: Searcher,
     aims: Aims,
     stretch: tuple[int, int, int],
+    departing: tuple[float, ...],
     findings: SpanFindings,
 ) -> None:
-    """Clearances that are not kept, and the smallest distances if asked for."""
+    """Clearances that are not kept, and the smallest distances if asked for.
+
+    A machine that may be off its path by some distance must keep that much more.
+    """
     first, end, best = stretch
     if first == end:
         return
     pairs = place.scene.pairs
     kept = searcher.settings.free_mm
     asked = [
-        aims.clearance_of(p) if free >= 0.0 else 0.0 for p, free in zip(pairs, kept, strict=True)
+        aims.clearance_of(pair) + off if free >= 0.0 else 0.0
+        for pair, free, off in zip(pairs, kept, departing, strict=True)
     ]
     findings.too_near = [
-        (pairs[near.pair], near) for near in too_near(searcher, asked, first, end, best)
+        (pairs[near.pair], replace(near, departure=departing[near.pair]))
+        for near in too_near(searcher, asked, first, end, best)
     ]
     if aims.minimum:
         findings.minimums = [

@@ -5,13 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gcodesim.machine.model import Machine, Tool, WorkOffset
+from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
-from gcodesim.nc.control import ArcTolerance, Control, ToolEntry
+from gcodesim.nc.control import MAX_BLOCKS, ArcTolerance, Control, ToolEntry
 from gcodesim.nc.dialect import choose_dialect
 
 
 def control_for(
-    machine: Machine, dialect: str | None, feed: float | None, block_delete: bool
+    machine: Machine,
+    dialect: str | None,
+    feed: float | None,
+    block_delete: bool,
+    max_blocks: int = MAX_BLOCKS,
 ) -> Control:
     """The control of `machine`.
 
@@ -20,6 +25,7 @@ def control_for(
         dialect: replaces the dialect of the machine file.
         feed: feed until the first F word [mm/min].
         block_delete: blocks that begin with / are left out.
+        max_blocks: interpretation ends after this many blocks.
 
     Raises:
         UsageError: the dialect is not known.
@@ -42,11 +48,22 @@ def control_for(
         wrap={joint.name: joint.wrap for joint in machine.joints if joint.rotary},
         travel={joint.name: (joint.lower, joint.upper) for joint in machine.joints if joint.rotary},
         block_delete=block_delete,
+        max_blocks=max_blocks,
+        kinematics=tool_centre(machine),
+        peck_backoff=machine.peck_backoff,
+        bore_shift=machine.bore_shift,
+        tcp_frame=machine.tcp_frame,
+        tcp_rotary_feed=machine.tcp_rotary_feed,
+        orientation=machine.orientation,
     )
 
 
 def bare_control(
-    tools: str | None, dialect: str | None, feed: float | None, block_delete: bool
+    tools: str | None,
+    dialect: str | None,
+    feed: float | None,
+    block_delete: bool,
+    max_blocks: int = MAX_BLOCKS,
 ) -> Control:
     """A control with every offset and reference at zero, for reading a program without a machine.
 
@@ -60,6 +77,7 @@ def bare_control(
         offsets={number: WorkOffset() for number in range(1, 10)},
         feed=feed,
         block_delete=block_delete,
+        max_blocks=max_blocks,
     )
 
 

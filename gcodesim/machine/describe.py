@@ -30,6 +30,8 @@ def describe(machine: Machine) -> str:
     """The machine in plain text: tree, bodies, pairs, tools, findings."""
     verified = "verified model" if machine.verified else "unverified model"
     lines = [f"{machine.name} ({verified}, dialect {machine.dialect}), {machine.path}"]
+    lines.append(f"rapids {machine.rapids}, time {machine.time}{_tolerances(machine)}")
+    lines.append(_control(machine))
     tools = machine.tools or {}
     for title, rows in (
         ("kinematic tree", _tree(machine, machine.links[0], 1)),
@@ -44,6 +46,21 @@ def describe(machine: Machine) -> str:
         if listed or title.startswith("pairs"):
             lines += ["", title, *listed]
     return "\n".join(lines) + "\n"
+
+
+def _control(machine: Machine) -> str:
+    feed = machine.tcp_rotary_feed
+    return (
+        f"pecks back off {machine.peck_backoff:g} mm, boring shift {machine.bore_shift}, "
+        f"tool centre point: frame {machine.tcp_frame}, vectors by {machine.orientation}, "
+        f"rotary feed {'F' if feed is None else f'{feed:g} deg/min'}"
+    )
+
+
+def _tolerances(machine: Machine) -> str:
+    given = {k: v for k, v in machine.path_tolerance.items() if v is not None}
+    listed = ", ".join(f"{name} {value:g} mm" for name, value in given.items())
+    return f", path tolerance {listed}" if listed else ", path tolerance unknown"
 
 
 def _tree(machine: Machine, link: str, depth: int) -> Iterator[str]:
@@ -65,6 +82,14 @@ def _joint(joint: Joint) -> str:
     text = f"{joint.name} {'rotary' if joint.rotary else 'linear'} {_vector(joint.axis)}"
     text += f" through {_vector(joint.point)}" if joint.rotary else ""
     text += f", {travel}, rapid {joint.rapid * 60.0:g} {unit}/min"
+    for name, most, power in (
+        ("acceleration", joint.max_acceleration, 2),
+        ("jerk", joint.max_jerk, 3),
+    ):
+        text += f", {name} {most:g} {unit}/s^{power}" if most is not None else ""
+    if joint.servo:
+        text += f", servo of order {joint.servo.order}, {joint.servo.time_constant:g} s"
+        text += f", damping {joint.servo.damping:g}" if joint.servo.order == 2 else ""
     return text + (f", wrap {joint.wrap}" if joint.wrap != "none" else "")
 
 

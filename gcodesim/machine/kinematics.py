@@ -35,10 +35,24 @@ def rotation(axis: ArrayLike, degrees: ArrayLike) -> Array:
     """Right-hand rotation about a unit vector through the origin, (..., 3, 3) for (...) angles."""
     x, y, z = np.asarray(axis, dtype=np.float64)
     sine, cosine = sincosd(degrees)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    cross = cross_matrix(axis)
     along = np.outer([x, y, z], [x, y, z])
     sine, cosine = sine[..., None, None], cosine[..., None, None]
     return np.asarray(cosine * (np.eye(3) - along) + along + sine * cross)
+
+
+def cross_matrix(axis: ArrayLike) -> Array:
+    """The matrix of ``axis x v``, (3, 3)."""
+    x, y, z = np.asarray(axis, dtype=np.float64)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def turned(vectors: Array, axis: ArrayLike, degrees: Array) -> Array:
+    """Vectors (n, 3) or (1, 3) turned right-handed about a unit vector by angles (n,) [deg]."""
+    cross = cross_matrix(axis)
+    sine, cosine = sincosd(degrees)
+    swept = vectors @ cross.T
+    return np.asarray(vectors + sine[:, None] * swept + (1.0 - cosine)[:, None] * (swept @ cross.T))
 
 
 def rotation_from_z(axis: ArrayLike) -> Array:

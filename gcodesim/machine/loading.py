@@ -40,6 +40,7 @@ def load_machine(
     source = read_yaml(find_machine(path))
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
+    _check_limits_of_time(file, source)
     travel = longest_travel(joints)
     reader = PartReader(source, file.units, allow_outside, travel)
     own = _link_bodies(file, links, reader)
@@ -87,6 +88,16 @@ def find_machine(path: str) -> Path:
             f"{suggest(name, shipped)}"
         )
     return shipped[name]
+
+
+def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
+    """Every joint gives the limits that the chosen `time` keeps."""
+    needed = {"acceleration": ("max_acceleration",), "jerk": ("max_acceleration", "max_jerk")}
+    for name, spec in file.joints.items():
+        for key in needed.get(file.time, ()):
+            if getattr(spec, key) is None:
+                text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
+                raise source.error(text, "joints", name)
 
 
 def _check_machine(job: Setup, machine: Path) -> None:
@@ -224,5 +235,12 @@ def _language(file: MachineFile) -> dict[str, Any]:
         "g_codes": file.g_codes,
         "ignore_words": frozenset(file.ignore_words),
         "arc": arc,
+        "peck_backoff": file.peck_backoff,
+        "bore_shift": file.bore_shift,
+        "tcp_frame": file.tcp_frame,
+        "tcp_rotary_feed": file.tcp_rotary_feed,
+        "orientation": file.orientation,
         "path_tolerance": file.path_tolerance.model_dump(),
+        "rapids": file.rapids,
+        "time": file.time,
     }

@@ -13,6 +13,21 @@ from gcodesim.findings import Finding
 
 
 @dataclass(frozen=True)
+class Servo:
+    """How a drive follows its command: first or second order; see motion/servo.py.
+
+    Attributes:
+        order: 1 | 2.
+        time_constant: [s]; order 2: 1 / (2 pi frequency).
+        damping: damping ratio of order 2.
+    """
+
+    order: int
+    time_constant: float
+    damping: float = 1.0
+
+
+@dataclass(frozen=True)
 class Joint:
     """A moving pair of the mechanism; its name is the programmed axis letter.
 
@@ -23,6 +38,8 @@ class Joint:
         lower, upper: travel [mm or deg]; -inf and inf when unlimited.
         rapid: rapid rate [mm/s or deg/s].
         max_acceleration: [mm/s^2 or deg/s^2], None when not given.
+        max_jerk: [mm/s^3 or deg/s^3], None when not given.
+        servo: lag of the drive, None when it follows at once.
         wrap: reading of rotary words: none | shortest | sign.
     """
 
@@ -37,6 +54,8 @@ class Joint:
     rapid: float
     max_acceleration: float | None = None
     wrap: str = "none"
+    max_jerk: float | None = None
+    servo: Servo | None = None
 
 
 @dataclass(frozen=True)
@@ -163,6 +182,10 @@ class Machine:
         dialect: name; dialect_overrides: single keys of nc-language section 13.
         m_codes, g_codes: number -> "none" | "clamp" | "stop".
         arc: tolerance keys given in the file.
+        peck_backoff, bore_shift, tcp_frame, tcp_rotary_feed, orientation: see nc.control.Control.
+        path_tolerance: "G64" and "rapid" -> distance from the path [mm], None: unknown.
+        rapids: way of a rapid move: linear | dogleg; see motion/rapids.py.
+        time: how speeds change: constant | acceleration | jerk; see motion/profiles.py.
         findings: GC5xx about the model.
     """
 
@@ -185,7 +208,14 @@ class Machine:
     g_codes: Mapping[float, str] = field(default_factory=dict)
     ignore_words: frozenset[str] = frozenset()
     arc: Mapping[str, float] = field(default_factory=dict)
+    peck_backoff: float = 0.254
+    bore_shift: str = "+X"
+    tcp_frame: str = "table"
+    tcp_rotary_feed: float | None = None
+    orientation: str = "joints"
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
+    rapids: str = "linear"
+    time: str = "constant"
     allowed: tuple[tuple[str, str, str], ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -1,6 +1,7 @@
 """What machine, tools and setup files may hold: pydantic models, whose descriptions are the manual.
 
-Lengths mm, angles degrees, speeds mm/min and deg/min, accelerations mm/s^2 and deg/s^2.
+Lengths mm, angles degrees, speeds mm/min and deg/min, accelerations mm/s^2 and deg/s^2,
+jerks mm/s^3 and deg/s^3.
 """
 
 from __future__ import annotations
@@ -164,6 +165,22 @@ class Link(BodyShapes):
     """A link; geometry in world coordinates at the zero pose of all joints."""
 
 
+class ServoSpec(Section):
+    """How a drive lags behind its command; the bound of the lag is added to every clearance."""
+
+    order: Literal[1, 2] = Field(default=1, description="of the lag")
+    time_constant: Positive = Field(description="[s]; order 2: 1 / (2 pi frequency)")
+    damping: Annotated[float, Field(strict=True, ge=0.01, le=100.0)] | None = Field(
+        default=None, description="damping ratio of order 2; left out: 1"
+    )
+
+    @model_validator(mode="after")
+    def _damping_of_order_two(self) -> ServoSpec:
+        if self.damping is not None and self.order == 1:
+            raise PydanticCustomError("servo", "`damping` belongs to `order: 2`")
+        return self
+
+
 class JointSpec(Section):
     """A moving pair; its key is the axis letter of the program."""
 
@@ -182,6 +199,8 @@ class JointSpec(Section):
     )
     rapid: Positive = Field(description="rapid rate [mm/min or deg/min]")
     max_acceleration: Positive | None = Field(default=None, description="[mm/s^2 or deg/s^2]")
+    max_jerk: Positive | None = Field(default=None, description="[mm/s^3 or deg/s^3]")
+    servo: ServoSpec | None = Field(default=None, description="left out: follows its command")
     wrap: Literal["none", "shortest", "sign"] = Field(
         default="none",
         description="reading of rotary words: unwound, modulo 360 the nearer way, by sign",
@@ -318,9 +337,6 @@ class MachineFile(Section):
     dwell_p: Literal["ms", "s", "point"] | None = Field(
         default=None, description="unit of P in G4; `point`: ms without a decimal point, s with one"
     )
-    rapid: Literal["dogleg", "linear"] | None = Field(
-        default=None, description="path of a rapid move"
-    )
     g80: Literal["motion", "cycle"] | None = Field(
         default=None, description="G80 ends the motion mode, or only cycles"
     )
@@ -344,12 +360,43 @@ class MachineFile(Section):
     ignore_words: list[Annotated[str, Field(pattern=r"^[A-Z]$")]] = Field(
         default_factory=list, description="letters that are dropped, and listed in the coverage"
     )
+    peck_backoff: NotNegative = Field(
+        default=0.254, description="G73 and G83 stop this far above the last depth [mm]"
+    )
+    bore_shift: Literal["+X", "-X", "+Y", "-Y"] = Field(
+        default="+X",
+        description="way off the wall of G76 and G87 with Q, in G17; +X is the first axis of "
+        "another plane, +Y the second",
+    )
+    tcp_frame: Literal["table", "work"] = Field(
+        default="table",
+        description="program axes under G43.4 ride on the table, or stand as the machine's when it "
+        "is switched on",
+    )
+    tcp_rotary_feed: Positive | None = Field(
+        default=None,
+        description="feed of blocks under G43.4 that only turn rotary axes [deg/min]; left out: F",
+    )
+    orientation: Literal["joints", "great_circle"] = Field(
+        default="joints",
+        description="between two vectors of G43.5 the rotary axes run linearly, or the tool axis "
+        "along the great circle",
+    )
     arc: Arc = Field(default_factory=Arc)
     path_tolerance: PathTolerance = Field(default_factory=PathTolerance)
+    rapids: Literal["linear", "dogleg"] = Field(
+        default="linear",
+        description="way of a rapid move: straight, or every axis at its own rate; ask the builder",
+    )
+    time: Literal["constant", "acceleration", "jerk"] = Field(
+        default="constant",
+        description="speed within a block: as programmed, or within `max_acceleration`, or within "
+        "`max_jerk` too, with look-ahead",
+    )
 
 
-DIALECT_KEYS = ("cycle_return", "dwell_p", "rapid", "g80")
-"""Keys of a machine file that replace one of its dialect; `arc.r_and_ijk` is the fifth."""
+DIALECT_KEYS = ("cycle_return", "dwell_p", "g80")
+"""Keys of a machine file that replace one of its dialect; `arc.r_and_ijk` is the fourth."""
 
 
 class Turned(Section):

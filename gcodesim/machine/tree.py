@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.machine.model import Joint
+from gcodesim.machine.model import Joint, Servo
 from gcodesim.machine.schema import JointSpec, MachineFile, Vector
 from gcodesim.machine.yaml_lines import YamlFile, suggest
 
@@ -106,7 +106,16 @@ def _build_joint(name: str, spec: JointSpec, source: YamlFile) -> Joint:
         rapid=spec.rapid / SECONDS_PER_MINUTE,
         max_acceleration=spec.max_acceleration,
         wrap=spec.wrap,
+        max_jerk=spec.max_jerk,
+        servo=_servo(spec),
     )
+
+
+def _servo(spec: JointSpec) -> Servo | None:
+    if spec.servo is None:
+        return None
+    damping = 1.0 if spec.servo.damping is None else spec.servo.damping
+    return Servo(spec.servo.order, spec.servo.time_constant, damping)
 
 
 def unit_vector(vector: Vector, source: YamlFile, *key: str | int) -> NDArray[np.float64]:

@@ -30,39 +30,66 @@ class ToolChange:
 
 
 @dataclass(frozen=True)
-class Path:
-    """n pieces, one after the other; piece i covers the times (bounds_ps[i], bounds_ps[i+1]].
+class Ways:
+    """n ways through joint space, straight or along an arc, each with the law it is run through.
 
     Linear joints are in mm; rotary joints stay in degrees to the end, because only degrees can be
     reduced to one turn without rounding.
 
     Attributes:
-        joints: joint names, the order of the columns.
-        bounds_ps: piece ends [ps], shape (n + 1,), strictly ascending from 0.
         q0, q1: joint positions at start and end, shape (n, joints).
         law: (c1, c2, c3) with s = c1 tau + c2 tau^2 + c3 tau^3, where tau runs 0..1 over the
-            piece and s is the fraction of its path; shape (n, 3). Every proof of the search rests
+            time and s is the fraction of the way; shape (n, 3). Every proof of the search rests
             on s never falling and staying within 0..1.
-        arc: row in arcs, -1 for a joint-linear piece, shape (n,).
+        arc: row in arcs, -1 for a joint-linear way, shape (n,).
         arcs: rows of ARC_PIECE.
         xyz: columns of the joints X, Y, Z (-1: no such joint).
-        line: source line, shape (n,).
-        tool_changes: in the order of time.
     """
 
-    joints: tuple[str, ...]
-    bounds_ps: NDArray[np.int64]
     q0: NDArray[np.float64]
     q1: NDArray[np.float64]
     law: NDArray[np.float64]
     arc: NDArray[np.int32]
     arcs: NDArray[np.void]
     xyz: tuple[int, int, int]
-    line: NDArray[np.int32]
-    tool_changes: tuple[ToolChange, ...] = ()
 
     def __len__(self) -> int:
-        return len(self.line)
+        return len(self.q0)
+
+    def positions_on(self, way: NDArray[np.integer], s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Joint positions at fractions `s` of the ways `way`, shape (m, joints)."""
+        q0, q1 = self.q0[way], self.q1[way]
+        q = q0 + s[:, None] * (q1 - q0)
+        on_arc = np.flatnonzero(self.arc[way] >= 0)
+        if len(on_arc):
+            arcs = self.arcs[self.arc[way[on_arc]]]
+            moved = arc_displacement(arcs, s[on_arc])
+            for axis, column in enumerate(self.xyz):
+                if column >= 0:
+                    q[on_arc, column] = q0[on_arc, column] + moved[:, axis]
+        at_end = s >= 1.0
+        q[at_end] = q1[at_end]
+        return q
+
+
+@dataclass(frozen=True)
+class Path(Ways):
+    """n pieces, one after the other; piece i covers the times (bounds_ps[i], bounds_ps[i+1]].
+
+    Attributes:
+        joints: joint names, the order of the columns.
+        bounds_ps: piece ends [ps], shape (n + 1,), strictly ascending from 0.
+        line: source line, shape (n,).
+        tool_changes: in the order of time.
+        deviation_mm: no point of any link, nor the tip seen from the part, is farther than this
+            from where the control would have it: pieces of tool centre point moves are chords.
+    """
+
+    joints: tuple[str, ...]
+    bounds_ps: NDArray[np.int64]
+    line: NDArray[np.int32]
+    tool_changes: tuple[ToolChange, ...] = ()
+    deviation_mm: float = 0.0
 
     @property
     def duration_ps(self) -> int:
@@ -89,23 +116,6 @@ class Path:
         start, end = self.bounds_ps[piece], self.bounds_ps[piece + 1]
         tau = (times - start) / (end - start)
         return self.positions_on(piece, path_fraction(self.law[piece], tau))
-
-    def positions_on(
-        self, piece: NDArray[np.integer], s: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Joint positions at path fractions `s` of the pieces `piece`, shape (m, joints)."""
-        q0, q1 = self.q0[piece], self.q1[piece]
-        q = q0 + s[:, None] * (q1 - q0)
-        on_arc = np.flatnonzero(self.arc[piece] >= 0)
-        if len(on_arc):
-            arcs = self.arcs[self.arc[piece[on_arc]]]
-            moved = arc_displacement(arcs, s[on_arc])
-            for axis, column in enumerate(self.xyz):
-                if column >= 0:
-                    q[on_arc, column] = q0[on_arc, column] + moved[:, axis]
-        at_end = s >= 1.0
-        q[at_end] = q1[at_end]
-        return q
 
 
 def path_fraction(law: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import PS_PER_S
 from gcodesim.motion.path import Path
 
 
@@ -53,6 +54,15 @@ def tool_spans(path: Path) -> list[Span]:
     return [
         Span(start, end, tool, line) for (start, tool, line), end in zip(starts, ends, strict=True)
     ]
+
+
+def tool_times(path: Path) -> tuple[tuple[int | None, float], ...]:
+    """Program time with each tool in the spindle [s], in the order of first use."""
+    ticks: dict[int | None, int] = {}
+    for span in tool_spans(path):
+        if span.end_ps > span.start_ps:
+            ticks[span.tool] = ticks.get(span.tool, 0) + span.end_ps - span.start_ps
+    return tuple((tool, count / PS_PER_S) for tool, count in ticks.items())
 
 
 def sample_of(time_ps: int, period_ps: int) -> int:

@@ -10,11 +10,15 @@ from gcodesim.nc.meanings import MEANINGS
 
 if TYPE_CHECKING:
     from gcodesim.nc.codes import Row
+    from gcodesim.nc.statements import Statement
 
 CALLS = ("M97", "M98", "M99", "G65")
 
-Token = tuple[str, str, str]
-"""Letter and number of a word, or "", "" and a character that belongs to no word."""
+Token = tuple[str, str | float, str]
+"""Letter and number of a word, or "", "" and a character that belongs to no word.
+
+The number is the text in the program, or what its expression is worth.
+"""
 
 
 class Block:
@@ -26,10 +30,13 @@ class Block:
         compact: the code without blanks and delete mark, in capitals.
         places: where each token stands in `compact`; None = one behind the other.
         arguments: words of a macro call, in the order written.
+        corner: letter and size of ,R or ,C; no letter without it.
         code: the text with comments blanked, so that columns stay.
         tokens: words in the order written, numbers as text.
         messages: MSG, DEBUG or PRINT, and text, of such comments.
         deleted: begins with a block delete mark.
+        is_lexed, is_macro, is_read: step 1 is behind; it found macro text; step 2 is behind.
+        statement: what the macro text says, once it was parsed.
         rows: rows of the table of codes that its G and M words name, in the order written.
         values: values of the other words, without ignored ones.
         ignored: at least one word was dropped because its letter is ignored.
@@ -40,15 +47,20 @@ class Block:
         "arguments",
         "code",
         "compact",
+        "corner",
         "deleted",
         "file",
         "ignored",
+        "is_lexed",
+        "is_macro",
+        "is_read",
         "line",
         "messages",
         "moves",
         "places",
         "row",
         "rows",
+        "statement",
         "text",
         "tokens",
         "values",
@@ -59,9 +71,11 @@ class Block:
         self.code = self.compact = text
         self.places: list[int] | None = None
         self.arguments: list[tuple[str, float]] = []
+        self.corner = ("", 0.0)
         self.tokens: list[Token] = []
         self.messages: tuple[tuple[str, str], ...] = ()
-        self.deleted = False
+        self.deleted = self.is_lexed = self.is_macro = self.is_read = False
+        self.statement: Statement | None = None
         self.rows: list[Row] = []
         self.values: dict[str, float] = {}
         self.ignored = self.moves = False
@@ -149,7 +163,7 @@ class Block:
         """
         if self.places is not None:
             return self._column_of(self.places[index] if index < len(self.places) else 0)
-        behind = sum(sum(map(len, token)) for token in self.tokens[index:])
+        behind = sum(sum(map(len, map(str, token))) for token in self.tokens[index:])
         return self._column_of(len(self.compact) - behind)
 
     def _column_of(self, place: int) -> int:

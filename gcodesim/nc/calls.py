@@ -28,9 +28,14 @@ def call_program(state: State, block: Block, number: int) -> None:
         raise block.error("subprogram_not_found", "M98 without P", "M98")
     program = block.whole("P")
     repeats = _repeats(block)
-    if program > 9999 and "L" not in block.values and state.control.dialect.name == "fanuc":
-        repeats, program = divmod(program, 10_000)
+    if "L" not in block.values:
+        repeats, program = split_number(program, state.control.dialect.name)
     state.request = lambda flow: flow.call_program(program, repeats)
+
+
+def split_number(number: int, dialect: str) -> tuple[int, int]:
+    """Return repeats and number of the subprogram that P of M98 without L means."""
+    return divmod(number, 10_000) if number > 9999 and dialect == "fanuc" else (1, number)
 
 
 def call_block(state: State, block: Block, number: int) -> None:

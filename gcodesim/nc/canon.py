@@ -9,7 +9,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from gcodesim.nc.interpreter import Interpretation
-from gcodesim.nc.program import CanonicalProgram, FeedMode, Kind, path_lengths
+from gcodesim.nc.program import CanonicalProgram, FeedMode, Frame, Kind, path_lengths
 
 PLANES = ("YZ", "ZX", "XY")
 """Name of a plane by the axis its normal lies nearest to."""
@@ -20,8 +20,10 @@ def write_canon(interpretation: Interpretation, stream: TextIO) -> None:
 
     Keys: line, kind (rapid feed arc dwell tool tool_offset g5x g92 message error), and by kind
     to, f [mm/min, deg/min for rotary axes alone, mm/rev under G95], plane, center, turns, index,
-    value, seconds, text, meaning; file where a line is not of the main program. Stops of the
-    program (M0 M1 M2 M30) are no commands here.
+    value, seconds, text, meaning; file where a line is not of the main program; frame (work,
+    great_circle) where a move holds the tip of the tool and not axis positions; there minutes
+    instead of f where G93 times a move from a point that was counted otherwise. Stops of the
+    program (M0 M1 M2 M30) and path modes (G61 G61.1 G64) are no commands here.
     """
     for row in canon_rows(interpretation):
         stream.write(json.dumps(row) + "\n")
@@ -33,10 +35,13 @@ def canon_rows(interpretation: Interpretation) -> Iterator[dict[str, Any]]:
     feeds, main = _feeds(program), interpretation.files[0][0]
     for i in range(len(program)):
         kind = Kind(program.kind[i])
-        if kind != Kind.STOP:
+        if kind not in (Kind.STOP, Kind.PATH):
             file, line = interpretation.place(int(program.line[i]))
             place: dict[str, Any] = {"line": line} | ({"file": file} if file != main else {})
             row = place | {"kind": kind.name.lower()}
+            frame = Frame(program.frame[i])
+            is_tip = kind <= Kind.ARC and frame is not Frame.MACHINE
+            row |= {"frame": frame.name.lower()} if is_tip else {}
             yield row | _details(program, i, kind, float(feeds[i]))
     for finding in interpretation.findings:
         if finding.severity == "error":
@@ -51,7 +56,7 @@ def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict
         case Kind.RAPID:
             return {"to": to}
         case Kind.FEED:
-            return {"to": to, "f": feed}
+            return {"to": to} | _feed(program, i, feed)
         case Kind.ARC:
             arc = program.arcs[aux]
             axis = int(np.argmax(np.abs(arc["normal"])))
@@ -62,7 +67,7 @@ def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict
                 "to": to,
                 "center": arc["center"].tolist(),
                 "turns": sense * int(arc["turns"]),
-                "f": feed,
+                **_feed(program, i, feed),
             }
         case Kind.DWELL:
             return {"seconds": feed}
@@ -76,9 +81,23 @@ def _details(program: CanonicalProgram, i: int, kind: Kind, feed: float) -> dict
             return {"value": to}
 
 
+def _feed(program: CanonicalProgram, i: int, feed: float) -> dict[str, float]:
+    return {"f": feed} if np.isfinite(feed) else {"minutes": 1.0 / float(program.f[i])}
+
+
 def _feeds(program: CanonicalProgram) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Return f with inverse time turned into mm/min, or deg/min where only rotary axes move."""
-    moves = (program.kind == Kind.FEED) | (program.kind == Kind.ARC)
-    inverse = moves & (program.feed_mode == FeedMode.INVERSE_TIME)
+    """Return f with inverse time turned into mm/min, or deg/min where only rotary axes move.
+
+    Not a number where the move begins at a point that was counted in another frame, or as the tip
+    of another tool: only the kinematics of the machine know how long it is.
+    """
+    moves = program.kind <= Kind.ARC
+    inverse = (program.kind != Kind.RAPID) & moves & (program.feed_mode == FeedMode.INVERSE_TIME)
     lengths = path_lengths(program)
-    return np.where(inverse, program.f * lengths, program.f)
+    tips = program.frame != Frame.MACHINE
+    switches = np.diff(tips, prepend=False) | (tips & (program.kind == Kind.TOOL_OFFSET))
+    last_move = np.maximum.accumulate(np.where(moves, np.arange(len(program)), -1))
+    before = np.concatenate(([-1], last_move[:-1])) if len(program) else last_move
+    count = np.cumsum(switches)
+    known = count == np.where(before >= 0, count[before], 0)
+    return np.where(inverse, np.where(known, program.f * lengths, np.nan), program.f)

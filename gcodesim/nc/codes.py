@@ -55,9 +55,9 @@ LEFT_OVER = "PQREL"
 """Words that a code takes whose meaning is not ours."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Row:
-    """One code.
+    """One code; every row is its own.
 
     Attributes:
         letter, number: the code, number in tenths: G43.4 is ("G", 434).
@@ -166,7 +166,7 @@ TABLE: tuple[Row, ...] = (
         five_axis.cancel_tool_centre_point),
     Row("G", 434, _G.LENGTH, _O.LENGTH, "H", "Tool centre point, rotary words",
         five_axis.set_tool_centre_point),
-    Row("G", 435, _G.LENGTH, _O.LENGTH, "HIJK", "Tool centre point, vectors",
+    Row("G", 435, _G.LENGTH, _O.LENGTH, "H", "Tool centre point, vectors",
         five_axis.set_tool_centre_point),
     Row("G", 2340, _G.LENGTH, _O.LENGTH, "H", "Tool centre point of Haas",
         five_axis.set_tool_centre_point, dialects="haas"),
@@ -203,8 +203,9 @@ TABLE: tuple[Row, ...] = (
         dialects=_FANUC_HAAS, optional=True),
     Row("G", 511, _G.MIRROR, _O.WORK_OFFSET, AXIS_WORDS, "Mirror", offsets.mirror,
         dialects=_FANUC_HAAS),
-    Row("G", 682, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "IJKPQR", "Tilted plane",
-        five_axis.set_tilted_plane, dialects="fanuc"),
+    *(Row("G", number, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "IJKPQR", sentence,
+          five_axis.set_tilted_plane, dialects="fanuc")
+      for number, sentence in ((682, "Tilted plane"), (684, "Further tilted plane"))),
     Row("G", 683, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "R", "Tilted plane from the tool axis",
         five_axis.set_tilted_plane, dialects="fanuc"),
     Row("G", 2680, _G.FRAME, _O.WORK_OFFSET, AXIS_WORDS + "IJKQ", "Tilted plane of Haas",

@@ -7,9 +7,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gcodesim.nc.dialect import Dialect
+from gcodesim.nc.program import Floats
 
 Vector = tuple[float, float, float, float, float, float]
 """X Y Z [mm], A B C [deg]."""
+
+MAX_BLOCKS = 100_000_000
+"""Blocks after which interpretation ends unless told otherwise: endless loops end."""
 
 ZERO: Vector = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -24,6 +28,30 @@ class WorkOffsetLike(Protocol):
     @property
     def rotation(self) -> float:
         """Rotation of X and Y about Z [deg]."""
+
+
+class Kinematics(Protocol):
+    """Where a machine with rotary joints holds the tip of its tool (kinematics.md sections 2 to 5).
+
+    All arrays batch: axes (n, 6) X Y Z [mm] A B C [deg], rotary (n, 3) A B C [deg], tips and
+    offsets of tools (n, 3) [mm]. Tips are counted as in Frame.WORK. Every method may raise
+    OrientationError.
+    """
+
+    def tips(self, axes: Floats, offset: Floats) -> Floats:
+        """Tips of the tool (n, 3) at axis positions."""
+
+    def axes_at(self, tips: Floats, rotary: Floats, offset: Floats) -> Floats:
+        """Axis positions (n, 6) that hold the tips, with the rotary axes as given."""
+
+    def directions(self, rotary: Floats) -> Floats:
+        """Tool axes (n, 3), from the tip towards the spindle, as seen from the part."""
+
+    def rotary_at(self, direction: Floats, previous: Floats, prefer: int = 0) -> Floats:
+        """Rotary positions (3,) for a direction of the tool; prefer: sign of the tilting joint."""
+
+    def carried(self, points: Floats, rotary: Floats) -> Floats:
+        """Where the work link has carried points (n, 3) that stood so at rotary zero."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +113,15 @@ class Control:
         block_delete: blocks that begin with / are left out.
         inch: the control starts in G20.
         peck_backoff: G73 and G83 stop this far above the last depth [mm].
+        bore_shift: G76 and G87 with Q shift the tool this way in G17: +X | -X | +Y | -Y; X stands
+            for the first axis of another plane, Y for the second.
+        kinematics: None = no machine is known, or it has no rotary joints.
+        tcp_frame: program axes under tool centre point control ride on the table as it stands at
+            rotary zero (table), or stand as the machine's at the moment it is switched on (work).
+        tcp_rotary_feed: feed of blocks under tool centre point control that turn rotary axes only
+            [deg/min]; None = F.
+        orientation: the tool turns between two vectors of G43.5 with the rotary axes running
+            linearly (joints) or along the great circle (great_circle).
         max_blocks: interpretation ends after this many blocks.
     """
 
@@ -106,4 +143,9 @@ class Control:
     block_delete: bool = False
     inch: bool = False
     peck_backoff: float = 0.254
-    max_blocks: int = 100_000_000
+    bore_shift: str = "+X"
+    kinematics: Kinematics | None = None
+    tcp_frame: str = "table"
+    tcp_rotary_feed: float | None = None
+    orientation: str = "joints"
+    max_blocks: int = MAX_BLOCKS

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
+from gcodesim.nc.arcs import CENTRE_WORDS
 from gcodesim.nc.block import Block
 from gcodesim.nc.moves import feed_of, move, plane_target
 from gcodesim.nc.program import AXES, PLANES, Kind
@@ -17,6 +19,9 @@ MACHINE_COORDINATES = 530
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
 
+SAME_LEVEL_MM = 1e-9
+"""A peck this near to the bottom is the last: inches must not leave a peck of 1e-14 mm."""
+
 NEEDED = {
     **dict.fromkeys((730, 830), "Q"),
     **dict.fromkeys((740, 760, 810, 820, 840, 850, 860, 870, 880, 890), ""),
@@ -25,6 +30,10 @@ NEEDED = {
 
 KEPT = "RQPIJ"
 """Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""
+
+
+SHIFTS = {"+X": (1.0, 0.0), "-X": (-1.0, 0.0), "+Y": (0.0, 1.0), "-Y": (0.0, -1.0)}
+"""Control.bore_shift -> way along the two axes of the plane."""
 
 
 @dataclass(slots=True)
@@ -83,6 +92,9 @@ class Hole:
         state.point = point
 
 
+AnyHole = TypeVar("AnyHole", bound=Hole)
+
+
 def run_cycle(state: State, block: Block, number: int) -> None:
     """G73 G74 G76 G81-G89: keep the words, and make a hole at every position of the block."""
     if block.has("G", MACHINE_COORDINATES):
@@ -100,7 +112,7 @@ def run_cycle(state: State, block: Block, number: int) -> None:
     repeats = _repeats(state, block, number)
     if not block.moves or not repeats:
         return
-    _check_words(state, block, number)
+    check_words(state, block, number)
     state.holes += repeats
     for _ in range(repeats):
         _make_hole(state, block, number)
@@ -133,13 +145,18 @@ def _repeats(state: State, block: Block, number: int) -> int:
     return repeats
 
 
-def _check_words(state: State, block: Block, number: int) -> None:
+def check_words(state: State, block: Block, number: int) -> None:
+    """Check that the cycle has what it needs for a hole.
+
+    Raises:
+        ProgramError: it has not.
+    """
     modal = state.modal
     words, code = modal.cycle_words, f"G{number // 10}"
     depth = AXES[PLANES[modal.plane][2]]
     centred = number == 870 and state.control.dialect.g87 == "centre"
     needed = "ZR" + NEEDED[number] + ("Q" if number in (760, 870) and not centred else "")
-    for letter in needed + ("K" if centred else ""):
+    for letter in needed + (CENTRE_WORDS[PLANES[modal.plane][2]] if centred else ""):
         if letter not in words:
             name = depth if letter == "Z" else letter
             raise block.error("cycle_word_missing", f"{code} without {name}", code)
@@ -155,21 +172,35 @@ def _check_words(state: State, block: Block, number: int) -> None:
 
 def _make_hole(state: State, block: Block, number: int) -> None:
     """Go to the hole above the work, then through the steps of the cycle."""
+    hole = new_hole(Hole, state, block, number)
+    back_boring = _is_shifted(state, number)
+    if not back_boring and state.point[hole.w] < hole.r:
+        hole.rapid(hole.r)
+    _rapid(state, block, plane_target(state, block))
+    if not back_boring:
+        hole.rapid(hole.r)
+    STEPS[number](hole)
+
+
+def new_hole(make: type[AnyHole], state: State, block: Block, number: int) -> AnyHole:
+    """Return the hole that the words of the active cycle describe.
+
+    Raises:
+        ProgramError: its bottom lies above its R level.
+    """
     modal, words = state.modal, state.modal.cycle_words
-    w = PLANES[modal.plane][2]
     incremental = modal.distance == 910
     r = modal.initial + words["R"] if incremental else words["R"]
     z = r + words["Z"] if incremental else words["Z"]
-    back_boring = number == 870 and state.control.dialect.g87 != "centre"
-    if z > r and not back_boring:
+    if z > r and not _is_shifted(state, number):
         raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
-    hole = Hole(state, block, w, r, z, modal.initial, words.get("Q", 0.0), words.get("P", 0.0))
-    if not back_boring and state.point[w] < r:
-        hole.rapid(r)
-    _rapid(state, block, plane_target(state, block))
-    if not back_boring:
-        hole.rapid(r)
-    STEPS[number](hole)
+    w, q, seconds = PLANES[modal.plane][2], words.get("Q", 0.0), words.get("P", 0.0)
+    return make(state, block, w, r, z, modal.initial, q, seconds)
+
+
+def _is_shifted(state: State, number: int) -> bool:
+    """Tell whether this is back boring with a shift: down beside the hole, and up."""
+    return number == 870 and state.control.dialect.g87 != "centre"
 
 
 def _rapid(state: State, block: Block, point: list[float]) -> None:
@@ -195,7 +226,7 @@ def _peck_depths(hole: Hole) -> list[float]:
         raise hole.block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
     depths = []
     depth = hole.r - hole.q
-    while depth > hole.z:
+    while depth > hole.z + SAME_LEVEL_MM:
         depths.append(depth)
         depth -= hole.q
     return [*depths, hole.z]
@@ -251,12 +282,13 @@ def _bore_and_stop(hole: Hole) -> None:
 
 
 def _fine_bore(hole: Hole) -> None:
-    """G76: out with the tool shifted off the wall, along the first axis of the plane."""
+    """G76: out with the tool shifted off the wall."""
+    u, v = SHIFTS[hole.state.control.bore_shift]
     hole.feed(hole.z)
     hole.dwell()
-    hole.shift(hole.q, 0.0)
+    hole.shift(hole.q * u, hole.q * v)
     hole.rapid(hole.out)
-    hole.shift(-hole.q, 0.0)
+    hole.shift(-hole.q * u, -hole.q * v)
 
 
 def _back_bore(hole: Hole) -> None:
@@ -264,11 +296,12 @@ def _back_bore(hole: Hole) -> None:
     state = hole.state
     if state.control.dialect.g87 == "centre":
         words = state.modal.cycle_words
-        u, v = words.get("I", 0.0), words.get("J", 0.0)
-        top = words["K"] + (hole.z if state.modal.distance == 910 else 0.0)
-        ends = (hole.z, top, hole.z, hole.r)
+        letters = [CENTRE_WORDS[i] for i in PLANES[state.modal.plane]]
+        u, v, top = (words.get(letter, 0.0) for letter in letters)
+        top += hole.z if state.modal.distance == 910 else 0.0
+        ends = (hole.z, top, hole.z, hole.out)
     else:
-        u, v = hole.q, 0.0
+        u, v = (hole.q * way for way in SHIFTS[state.control.bore_shift])
         ends = (hole.r, hole.z, hole.z, hole.initial)
     below, top, free, last = ends
     hole.shift(u, v)

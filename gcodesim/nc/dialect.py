@@ -16,7 +16,6 @@ class Dialect:
     Attributes:
         cycle_return: return level of cycles at program start: G98 | G99.
         dwell_p: unit of P with G4: ms | s | point (ms without a decimal point, s with one).
-        rapid: shape of a rapid move: linear | dogleg. Read by motion/, not here.
         g80: G80 ends the motion mode, or only cycles: motion | cycle.
         r_and_ijk: an arc with R and centre words: r_wins | error.
         macros: language of macros: fanuc (Macro B) | linuxcnc (with o-words).
@@ -27,7 +26,6 @@ class Dialect:
     name: str
     cycle_return: str
     dwell_p: str
-    rapid: str
     g80: str
     r_and_ijk: str
     g87: str
@@ -36,17 +34,16 @@ class Dialect:
 
 
 DIALECTS: dict[str, Dialect] = {
-    "fanuc": Dialect("fanuc", "G98", "ms", "dogleg", "cycle", "r_wins", "shift", "fanuc", "end"),
-    "haas": Dialect("haas", "G98", "point", "dogleg", "cycle", "error", "shift", "fanuc", "end"),
+    "fanuc": Dialect("fanuc", "G98", "ms", "cycle", "r_wins", "shift", "fanuc", "end"),
+    "haas": Dialect("haas", "G98", "point", "cycle", "error", "shift", "fanuc", "end"),
     "linuxcnc": Dialect(
-        *("linuxcnc", "G99", "s", "linear", "motion", "error", "centre", "linuxcnc", "restart")
+        *("linuxcnc", "G99", "s", "motion", "error", "centre", "linuxcnc", "restart")
     ),
 }
 
 CHOICES: dict[str, tuple[str, ...]] = {
     "cycle_return": ("G98", "G99"),
     "dwell_p": ("ms", "s", "point"),
-    "rapid": ("linear", "dogleg"),
     "g80": ("motion", "cycle"),
     "r_and_ijk": ("r_wins", "error"),
     "g87": ("shift", "centre"),

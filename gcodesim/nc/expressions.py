@@ -101,6 +101,10 @@ class Parser:
             self.at = match.end()
             name = match[1]
             return lambda p: p.named(name, place)
+        if match := NUMBER.match(self.text, self.at):
+            self.at = match.end()
+            known = float(match[0])
+            return lambda p: p.get(known, place)
         number = self.value()
         return lambda p: p.get(number(p) or 0.0, place)
 
@@ -132,6 +136,9 @@ class Parser:
             others.append((join, self._operation(level - 1)))
         if not others:
             return first
+        if len(others) == 1:
+            only, second = others[0]
+            return lambda p: only(first(p), second(p))
 
         def evaluate(p: Parameters) -> float | None:
             value = first(p)

@@ -167,18 +167,24 @@ class Flow:
         Raises:
             FlowError: there is none, it cannot be read, or calls nest too deep.
         """
+        source, line = self.find_program(number)
+        self._enter(source, line, repeats, arguments is not None)
+        if arguments is not None:
+            self.parameters.level = arguments
+
+    def find_program(self, number: int) -> tuple[Source, int]:
+        """Return the text and the line at which subprogram O begins.
+
+        Raises:
+            FlowError: there is none, or it cannot be read.
+        """
         for source in (self.source, *self.sources):
             line = source.structure.programs.get(number)
             if line is not None:
-                self._enter(source, line, repeats, arguments is not None)
-                break
-        else:
-            names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
-            source = self._beside(names, f"O{number}")
-            line = source.structure.programs.get(number, source.begin)
-            self._enter(source, line, repeats, arguments is not None)
-        if arguments is not None:
-            self.parameters.level = arguments
+                return source, line
+        names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
+        source = self._beside(names, f"O{number}")
+        return source, source.structure.programs.get(number, source.begin)
 
     def call_sub(self, label: str, arguments: list[float | None]) -> None:
         """Run an o-word subprogram of this text, of the main program, or of a file beside it."""

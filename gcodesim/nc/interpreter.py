@@ -10,12 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from gcodesim.errors import ProgramError
+from gcodesim.errors import OrientationError, ProgramError
 from gcodesim.findings import Finding
-from gcodesim.nc import moves, settings
+from gcodesim.nc import moves
 from gcodesim.nc.block import Block
 from gcodesim.nc.calls import ARGUMENTS
-from gcodesim.nc.codes import AXIS_WORDS, WORDS, Group, Order, Row, codes_for, unknown_m
+from gcodesim.nc.calls_ahead import missing_call
+from gcodesim.nc.codes import WORDS, Group, Order, Row, codes_for, unknown_m
 from gcodesim.nc.control import Control
 from gcodesim.nc.flow import AllLines, Flow, FlowError, Source
 from gcodesim.nc.lexer import explain, lex
@@ -24,18 +25,21 @@ from gcodesim.nc.parameters import Parameters
 from gcodesim.nc.program import CanonicalProgram, Kind
 from gcodesim.nc.runs import Runs
 from gcodesim.nc.state import LIMIT, State
-from gcodesim.nc.statements import SIGN as MACRO_SIGN
 from gcodesim.nc.structure import StructureError
 
 END_OF_MOTION = 800
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
 CENTRE_WORDS = frozenset("IJKR")
-MACRO_CALL = "G65"
+VECTOR_WORDS = frozenset("IJK")
+MACRO_CALL = 650
 ARGUMENT_LETTERS = ARGUMENTS.keys() | set("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
 NO_MOTION = Row("G", END_OF_MOTION, Group.MOTION, Order.MOTION, "", "No motion mode")
 PERCENT = [("", "", "%")]
+
+KEPT_BLOCKS = 1 << 14
+"""Blocks whose words are kept, for loops and subprograms."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +116,10 @@ class Interpreter:
         self._macros = Macros(self.state, parameters, self._flow)
         self._runs = Runs(self.state)
         self._codes = codes_for(control)
-        self._rows: dict[tuple[str, str], Row] = {}
+        self._kept: dict[int, Block] = {}
+        self._has_jumped = False
+        self._rows: dict[tuple[str, str | float], Row] = {}
         self._known: dict[tuple[object, ...], tuple[list[Row], bool]] = {}
-        self._plain_words = frozenset(control.axes) & frozenset(AXIS_WORDS) | {"N", "F"}
 
     def run(self, text: str) -> Interpretation:
         """Interpret all lines up to the program's end or the first refused block."""
@@ -141,7 +146,7 @@ class Interpreter:
         )
 
     def _open(self, text: str) -> bool:
-        """Read the program's structure; return False when its blocks do not close each other."""
+        """Read the program's structure; return False when it cannot run: blocks, calls."""
         try:
             self._flow.open(text, self.file)
         except StructureError as error:
@@ -149,7 +154,18 @@ class Interpreter:
             block = Block(self.file, error.line + 1, line)
             self.state.report(block.finding("block_structure", str(error)))
             return False
-        return True
+        missing = missing_call(self._flow, self.control.dialect.name)
+        if missing is None:
+            return True
+        index, code, why = missing
+        block = self._block(self._flow.sources[0], index)
+        try:
+            lex(block)
+        except ProgramError:
+            # Something else is wrong with the block, which it will say when it runs.
+            return True
+        self.state.report(block.finding(why.meaning, str(why), code))
+        return False
 
     def _run_lines(self) -> bool:
         """Run blocks; return False when one of them ended interpretation."""
@@ -158,7 +174,8 @@ class Interpreter:
             source, number = flow.source, flow.index
             if number >= source.structure.end:
                 return self._text_ended(source, number)
-            if taken := self._runs.take(source, number, self.control.max_blocks - self.blocks):
+            left = self.control.max_blocks - self.blocks - state.holes
+            if taken := self._runs.take(source, number, left):
                 flow.index = number + taken
                 self.blocks += self._runs.blocks
                 self.last_line = self._runs.last_line or self.last_line
@@ -176,6 +193,11 @@ class Interpreter:
                 state.recorder.truncate(mark)
                 state.report(error.finding)
                 return False
+            except OrientationError as error:
+                state.recorder.truncate(mark)
+                state.report(block.finding(error.meaning, str(error)))
+                return False
+            self._has_jumped = self._has_jumped or flow.index != number + 1
         return True
 
     def _text_ended(self, source: Source, number: int) -> bool:
@@ -189,18 +211,29 @@ class Interpreter:
         return False
 
     def _block(self, source: Source, number: int) -> Block:
-        return Block(source.file, number + 1, source.lines[number], source.first + number + 1)
+        """Return the block of a line; one that has run before knows its words already.
+
+        Blocks are kept from the first jump on: before it, none can run again.
+        """
+        row = source.first + number + 1
+        if block := self._kept.get(row):
+            return block
+        block = Block(source.file, number + 1, source.lines[number], row)
+        if self._has_jumped:
+            if len(self._kept) == KEPT_BLOCKS:
+                self._kept.clear()
+            self._kept[row] = block
+        return block
 
     def _run_block(self, block: Block) -> None:
         # Step 1: characters to words.
-        lex(block)
-        if not block.tokens and not block.messages:
+        if not block.is_lexed:
+            lex(block)
+        if not block.compact and not block.messages:
             return
         if block.deleted and self.control.block_delete:
             return
-        statement = None
-        if MACRO_SIGN.search(block.compact):
-            statement = self._macros.read(block)
+        statement = self._macros.read(block) if block.is_macro else None
         for kind, text in block.messages:
             shown = text if kind == "MSG" else self._macros.message(text)
             self.state.recorder.message(block.row, shown)
@@ -212,28 +245,41 @@ class Interpreter:
             self._macros.go_on(block, statement)
 
     def _run_words(self, block: Block) -> None:
-        # Step 2: words to codes and values.
-        self._read(block)
-        # Steps 3 and 4; a plain block has nothing to check, and its order is known.
-        if not self._run_plain(block):
-            for row in self._checked(block):
-                if row.action is not None:
-                    row.action(self.state, block, row.number)
-            if self.state.request is not None:
-                request, self.state.request = self.state.request, None
-                try:
-                    request(self._flow)
-                except FlowError as error:
-                    raise block.error(error.meaning, str(error), block.call) from None
+        # Step 2: words to codes and values; those of macro text may be others every time.
+        if not block.is_read or block.is_macro or block.ignored:
+            self._read(block)
+        # Steps 3 and 4.
+        waiting = self.state.corner
+        for row in self._checked(block):
+            if row.action is not None:
+                row.action(self.state, block, row.number)
+        if waiting is not None or block.corner[0]:
+            self._check_corner(block, waiting)
+        if self.state.request is not None:
+            request, self.state.request = self.state.request, None
+            try:
+                request(self._flow)
+            except FlowError as error:
+                raise block.error(error.meaning, str(error), block.call) from None
 
     def _read(self, block: Block) -> None:
         """Step 2: find the row of every code, and keep the value of every other word."""
-        values, ignore, called = block.values, self.control.ignore_words, False
+        block.is_read = True
+        block.arguments, called = [], False
+        rows: list[Row] = []
+        values: dict[str, float] = {}
+        block.rows, block.values = rows, values
+        codes, ignore = self._rows, self.control.ignore_words
+        block.corner, behind_comma = ("", 0.0), -1
         for index, (letter, number, _) in enumerate(block.tokens):
+            if index == behind_comma:
+                continue
             if letter == "G" or (letter == "M" and not called):
-                row = self._rows.get((letter, number)) or self._row(block, letter, number, index)
-                block.rows.append(row)
-                called = called or row.name == MACRO_CALL
+                row = codes.get((letter, number)) or self._row(block, letter, number, index)
+                rows.append(row)
+                called = called or (row.number == MACRO_CALL and letter == "G")
+            elif not letter and self._corner(block, index):
+                behind_comma = index + 1
             elif not letter:
                 raise self._stray(block, index)
             elif called and letter in ARGUMENT_LETTERS:
@@ -244,22 +290,40 @@ class Interpreter:
             elif letter in values:
                 raise block.error("duplicate_word", f"{letter} twice", index)
             else:
-                values[letter] = float(number)
-                if len(number) > 12 and letter != "N" and abs(values[letter]) > LIMIT:
+                value = values[letter] = float(number)
+                if not -LIMIT <= value <= LIMIT and letter != "N":
                     raise block.error("number_too_large", f"{letter}{number}", index)
 
-    def _argument(self, block: Block, letter: str, number: str, index: int) -> None:
+    def _argument(self, block: Block, letter: str, number: str | float, index: int) -> None:
         """Keep a word behind G65; only I J K may be repeated."""
         if letter not in "IJK" and any(letter == other for other, _ in block.arguments):
             raise block.error("duplicate_word", f"{letter} twice", index)
         block.arguments.append((letter, float(number)))
+
+    def _corner(self, block: Block, index: int) -> bool:
+        """Tell whether a comma begins a corner word of Fanuc; keep the word, and take it away."""
+        tokens = block.tokens
+        if tokens[index][2] != "," or self.control.dialect.macros != "fanuc":
+            return False
+        letter, number, _ = tokens[index + 1] if index + 1 < len(tokens) else ("", "", "")
+        if letter not in ("R", "C") or block.corner[0]:
+            raise block.error("corner_not_followed", f"a comma before {letter or 'no word'}", index)
+        block.corner = letter, float(number)
+        return True
+
+    def _check_corner(self, block: Block, waiting: object) -> None:
+        """Check that a corner met a straight block, and that a corner word began another one."""
+        if waiting is not None and self.state.corner is waiting:
+            raise block.error("corner_not_followed", "no straight block behind a corner")
+        if block.corner[0] and self.state.corner is None:
+            raise block.error("corner_not_followed", "a corner without a straight block", ",")
 
     def _stray(self, block: Block, index: int) -> ProgramError:
         if block.tokens == PERCENT and not self._flow.source.opened:
             return block.error("stray_percent", "% without an opening one", index)
         return explain(block, index)
 
-    def _row(self, block: Block, letter: str, number: str, index: int) -> Row:
+    def _row(self, block: Block, letter: str, number: str | float, index: int) -> Row:
         """Return the row of a code; rows are kept by the text of the number."""
         tenths = round(min(max(float(number), -LIMIT), LIMIT) * 10)
         row = self._codes.get((letter, tenths))
@@ -270,29 +334,10 @@ class Interpreter:
         self._rows[letter, number] = row
         return row
 
-    def _run_plain(self, block: Block) -> bool:
-        """Run a block of nothing but G0 or G1, axis words, F and N; return False for others.
-
-        This is the general way, less the checks such a block cannot fail.
-        """
-        state, values = self.state, block.values
-        if state.modal.cycle or len(block.rows) > 1 or not values.keys() <= self._plain_words:
-            return False
-        row = block.rows[0] if block.rows else self._active([])
-        if row.letter != "G" or row.number not in (0, 10):
-            return False
-        if "N" in values and not _is_block_number(values["N"]):
-            return False
-        if "F" in values:
-            settings.set_feed(state, block, 0)
-        block.moves = len(values) > ("N" in values) + ("F" in values)
-        moves.straight(state, block, row.number)
-        return True
-
     def _checked(self, block: Block) -> list[Row]:
         """Step 3, once for all blocks of the same codes and letters in the same motion mode."""
         values, modal = block.values, self.state.modal
-        key = (*map(id, block.rows), *values, modal.motion, modal.cycle, block.ignored)
+        key = (*block.rows, *values, modal.motion, modal.cycle, modal.tcp, block.ignored)
         known = self._known.get(key)
         if known is None:
             rows = self._check(block)
@@ -327,13 +372,16 @@ class Interpreter:
             what = f"{takers[0].name} and {takers[1].name} both take axis words"
             raise block.error("modal_conflict", what, takers[1].name)
         active = motion or self._active(rows)
+        vectors = active.action is moves.straight and self._takes_vectors(block)
         if not takers:
             free = block.values.keys() - set("".join(row.words for row in others))
             centred = motion is not None or free & CENTRE_WORDS
-            block.moves = bool(axis_words or (active.action is moves.arc and centred))
+            turns = active.action is moves.arc and centred
+            block.moves = bool(axis_words or turns or (vectors and free & VECTOR_WORDS))
             kept = active.group is Group.CYCLE and bool(free & CYCLE_WORDS)
             others += [active] if block.moves or motion or kept else []
-        self._check_words(block, others, "unused_word" if takers else "axis_without_motion")
+        unclaimed = "unused_word" if takers else "axis_without_motion"
+        self._check_words(block, others, unclaimed, VECTOR_WORDS if vectors else frozenset())
         others += [motion] if takers and motion else []
         others += [row for letter, row in WORDS.items() if letter in block.values]
         return sorted(others, key=lambda row: row.order)
@@ -367,15 +415,23 @@ class Interpreter:
                 raise block.error("unknown_g", f"{row.name} ({row.refused})", row.name)
         return rows
 
-    def _check_words(self, block: Block, rows: list[Row], unclaimed: str) -> None:
+    def _takes_vectors(self, block: Block) -> bool:
+        """Tell whether a straight move takes I J K as the direction of the tool (G43.5)."""
+        length = [row.number for row in block.rows if row.group is Group.LENGTH]
+        return (length or [self.state.modal.tcp])[-1] == moves.VECTORS
+
+    def _check_words(
+        self, block: Block, rows: list[Row], unclaimed: str, more: frozenset[str]
+    ) -> None:
         """Check that a code uses every letter, and that the machine has every axis.
 
         Args:
             block: the block.
             rows: rows whose words may be used.
             unclaimed: meaning of an axis word that none of them uses.
+            more: further letters that are used.
         """
-        used = ALWAYS_USED.union(*(row.words for row in rows))
+        used = ALWAYS_USED.union(more, *(row.words for row in rows))
         other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
         for letter, value in block.values.items():
             is_axis = letter in AXIS_LETTERS

@@ -9,6 +9,7 @@ comment = "(" text ")" | ";" text to the end of the line
 from __future__ import annotations
 
 import re
+from operator import itemgetter
 
 from gcodesim.errors import ProgramError
 from gcodesim.nc.block import Block
@@ -18,12 +19,16 @@ MAX_LINE_LENGTH = 4096
 # One pass finds words; what is no word comes out, character by character, as the third group.
 TOKEN = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
+MACRO = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9]+)?O<")
+"""What only macro text holds: parameters, brackets, words of more than one letter."""
+
+LETTER = itemgetter(0)
 DELETE = re.compile(r"/[1-9]?")
 MESSAGE = re.compile(r"\(\s*(MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
 
 
 def lex(block: Block) -> None:
-    """Fill in the tokens, messages and delete mark of a block from its text.
+    """Fill in tokens, messages and marks of a block from its text.
 
     Raises:
         ProgramError: a comment is not closed, or the line is too long.
@@ -43,6 +48,10 @@ def lex(block: Block) -> None:
         compact = "O" + compact[1:]
     block.compact = compact
     block.tokens = TOKEN.findall(compact)
+    # Macro text is never made of words alone.
+    strays = "" in map(LETTER, block.tokens)
+    block.is_macro = strays and MACRO.search(compact) is not None
+    block.is_lexed = True
 
 
 def _blank_comments(block: Block) -> None:

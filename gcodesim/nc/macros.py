@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from gcodesim.nc.block import Block, Token
 from gcodesim.nc.expressions import Evaluate
@@ -14,9 +12,6 @@ from gcodesim.nc.program import Kind
 from gcodesim.nc.state import LIMIT, State
 from gcodesim.nc.statements import Statement, assign, parse
 from gcodesim.nc.structure import compact
-
-MAX_STATEMENTS = 50_000
-"""Parsed texts that are kept; programs that loop have far fewer."""
 
 ALONE = frozenset({"CALL", "RETURN", "ELSEIF", "ELSE"})
 """O-words that open and close nothing."""
@@ -33,7 +28,9 @@ class Macros:
 
     def __init__(self, state: State, parameters: Parameters, flow: Flow) -> None:
         self.state, self.parameters, self.flow = state, parameters, flow
-        self._statements: dict[str, Statement] = {}
+        self._block = Block("", 0, "")
+        self._branches: dict[int, Statement] = {}
+        parameters.undefined = self._undefined
 
     def read(self, block: Block) -> Statement:
         """Work out the words of a block, then carry out its assignments.
@@ -41,45 +38,43 @@ class Macros:
         Raises:
             ProgramError: the text cannot be read, or a value does not exist.
         """
-        with self._refusing(block):
-            statement = self._statements.get(block.compact)
+        self._block = block
+        try:
+            statement = block.statement
             if statement is None:
-                statement = parse(block.compact, self.parameters.language)
-                if len(self._statements) < MAX_STATEMENTS:
-                    self._statements[block.compact] = statement
-            self.parameters.undefined = lambda number: self._undefined(block, number, "used as 0")
-            block.tokens, block.places = [], []
-            for letter, text, value, place in statement.words:
-                token = (letter, text, "") if text else self._valued(block, letter, value, place)
-                if token:
-                    block.tokens.append(token)
-                    block.places.append(place)
-            if statement.control != "THEN" or self._holds(statement):
+                statement = block.statement = parse(block.compact, self.parameters.language)
+            tokens: list[Token] = []
+            places: list[int] = []
+            for letter, number, evaluate, place in statement.words:
+                worth = self._worth(block, letter, evaluate, place) if evaluate else number
+                if worth is not None:
+                    tokens.append((letter, worth, ""))
+                    places.append(place)
+            block.tokens, block.places = tokens, places
+            if statement.assignments and (statement.control != "THEN" or self._holds(statement)):
                 assign(statement, self.parameters)
-        self._stop_request(block)
+        except ExpressionError as error:
+            raise block.error_at(error.place, error.meaning, str(error)) from None
+        if self.state.stop_request is not None:
+            self._stop_request(block, *self.state.stop_request)
         return statement
 
-    def _valued(
-        self, block: Block, letter: str, value: Evaluate | None, place: int
-    ) -> Token | None:
-        """Return a word with its value; None where a vacant parameter drops it."""
-        number = value(self.parameters) if value else 0.0
+    def _worth(self, block: Block, letter: str, evaluate: Evaluate, place: int) -> float | None:
+        """Return the value of a word; None where a vacant parameter drops it."""
+        number = evaluate(self.parameters)
         if number is None:
             what = f"{letter} without a value is left out"
             self.state.report(block.finding("parameter_undefined", what), letter)
-            return None
-        if not abs(number) <= LIMIT:
+        elif not -LIMIT <= number <= LIMIT:
             raise ExpressionError("number_too_large", f"{letter}{number:g}", place)
-        return letter, repr(number), ""
+        return number
 
-    def _undefined(self, block: Block, number: int, what: str) -> None:
-        self.state.report(block.finding("parameter_undefined", f"#{number} is {what}"), f"{number}")
+    def _undefined(self, number: int) -> None:
+        what = f"#{number} is used as 0"
+        self.state.report(self._block.finding("parameter_undefined", what), f"{number}")
 
-    def _stop_request(self, block: Block) -> None:
+    def _stop_request(self, block: Block, number: int, value: float) -> None:
         """#3000 raises an alarm, #3006 stops the program."""
-        if self.state.stop_request is None:
-            return
-        number, value = self.state.stop_request
         self.state.stop_request = None
         if number == ALARM:
             text = block.text[block.text.find("(") :] if "(" in block.text else f"{value:g}"
@@ -108,7 +103,7 @@ class Macros:
         """
         if not statement.control or statement.control == "THEN":
             return
-        with self._refusing(block):
+        try:
             if statement.control.startswith("O-"):
                 self._o_word(statement)
             elif statement.control == "GOTO":
@@ -117,6 +112,10 @@ class Macros:
                     self.flow.go_to_number(self._whole(number))
             else:
                 self._loop(statement)
+        except ExpressionError as error:
+            raise block.error_at(error.place, error.meaning, str(error)) from None
+        except FlowError as error:
+            raise block.error(error.meaning, str(error)) from None
 
     def _loop(self, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
@@ -189,7 +188,11 @@ class Macros:
         raise FlowError("block_structure", "IF without ENDIF")
 
     def _statement_of(self, line: int) -> Statement:
-        return parse(compact(self.flow.source.lines[line]).lstrip("/"), self.parameters.language)
+        row = self.flow.source.first + line
+        if row not in self._branches:
+            text = compact(self.flow.source.lines[line]).lstrip("/")
+            self._branches[row] = parse(text, self.parameters.language)
+        return self._branches[row]
 
     def _end_of_if(self, line: int) -> int:
         branches = self.flow.source.structure.next_branch
@@ -207,13 +210,3 @@ class Macros:
         if number is None or not 0 <= number <= LIMIT or not number.is_integer():
             raise FlowError("integer_expected", f"{number}")
         return int(number)
-
-    @contextmanager
-    def _refusing(self, block: Block) -> Iterator[None]:
-        """Turn what is wrong with an expression or a jump into an error of the block."""
-        try:
-            yield
-        except ExpressionError as error:
-            raise block.error_at(error.place, error.meaning, str(error)) from None
-        except FlowError as error:
-            raise block.error(error.meaning, str(error)) from None

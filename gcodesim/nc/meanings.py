@@ -29,7 +29,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "arc_zero_radius": ("GC404", "the centre must not be the start point"),
     "arc_wrong_center_word": ("GC404", "G17 takes I J, G18 takes I K, G19 takes J K"),
     "arc_r_and_center": ("GC404", "an arc takes either R or centre words"),
-    "arc_turns": ("GC404", "P of an arc is a whole number of turns, 1 or more"),
+    "arc_turns": ("GC404", "P of an arc is a whole number of turns, 1 to 1,000,000"),
     # Feed and spindle.
     "feed_missing": ("GC405", "give F above 0 in or before the first feed move, or use --feed"),
     "feed_negative": ("GC405", "F must be above 0"),
@@ -60,8 +60,23 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "block_structure": ("GC407", "everything opened is closed once, in order, in the same program"),
     "macro_alarm": ("GC407", "the program itself raises this alarm"),
     "main_program_repeats": ("GC430", "one pass is checked"),
-    "tilted_plane_missing": ("GC401", "G53.1 follows G68.2 or G68.3"),
+    # Tool centre point, tilted planes, table offsets.
     "rotary_axes_missing": ("GC401", "the code needs a machine with rotary axes"),
+    "tilted_plane_missing": ("GC401", "set a plane with G68.2 or G68.3 before"),
+    "tilted_plane_active": ("GC401", "end the plane or rotation with G69 before"),
+    "tilted_plane_not_square": ("GC430", "turn the tool onto the plane with G53.1 before"),
+    "rotary_arc_in_tilted_plane": ("GC402", "turn A, B and C in a straight block of their own"),
+    "alignment_choice": ("GC410", "P0 takes the nearer way, P1 and P2 a sign of the tilt"),
+    "five_axis_conflict": ("GC401", "end the one (G255, G49, G69) before the other begins"),
+    "table_offset_turned": ("GC409", "a table offset needs A, B and C of the work offset at 0"),
+    "measured_on_tips": ("GC402", "end them before a table is set from the current point"),
+    "direction_unreachable": ("GC410", "the rotary axes of this machine do not reach it"),
+    "direction_zero": ("GC410", "I J K point from the tip towards the spindle"),
+    "orientation_out_of_travel": ("GC410", "clamp the part otherwise, or tilt the tool less"),
+    "kinematics_unsolved": ("GC402", "five-axis codes need joints that place and point a tool"),
+    # Corners between two blocks.
+    "corner_not_followed": ("GC402", "corners are followed from one G1 of the plane to the next"),
+    "corner_too_large": ("GC404", "the corner must fit between the two blocks, above 0"),
     # Canned cycles.
     "cycle_word_missing": ("GC408", "a cycle needs R and the depth once, pecks and shifts need Q"),
     "cycle_r_below_z": ("GC408", "R lies above the bottom of the hole"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+TABLE_OFFSET_OFF = 2550
+
 
 @dataclass(slots=True)
 class Modal:
@@ -30,16 +32,17 @@ class Modal:
     feed_mode: int = 940  # G93 G94 G95
     unit: int = 210  # G20 G21
     compensation: int = 400  # G40; G41 G42 G41.1 G42.1 are reported and the path runs as written
-    length: int = 490  # G43 G43.1 G43.2 G44 G49; G43.4 G43.5 G234 are refused
+    length: int = 490  # G43 G43.1 G43.2 G44 G49 G43.4 G43.5 G234
+    tcp: int = 0  # G43.4 G43.5 G234 M428 when X Y Z are the tip, else 0
+    table_offset: int = TABLE_OFFSET_OFF  # G254 G54.2, G255
     cycle_return: int = 980  # G98 G99
     work_offset: int = 540  # G54 .. G59, G59.1 .. G59.3, G54.1
-    path: int = 640  # G61 G61.1 G64, without effect: the exact path is checked
+    path: int = 640  # G61 G61.1 G64; motion/ reads them from the commands
     spindle: int = 50  # M3 M4 M5 M19
     polar: int = 150  # G15 G16
     surface_speed: bool = False  # G96 G97: S is no number of revolutions
     # coolant: M7 M8 M9; not kept, it moves nothing
-    # plane frame: G68 G69; mirror: G51.1 G50.1; kept in Frames
-    # tilted planes, tool centre point and table offset: their codes are refused
+    # plane frame: G68 G68.2 G68.3 G69; mirror: G51.1 G50.1; kept in Frames
     feed: float | None = None
     feed_scale: float = 1.0
     feed_given: bool = False

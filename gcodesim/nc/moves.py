@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import math
 
-from gcodesim.nc.arcs import ArcError, Point, centre_from_radius, check_centre
+from gcodesim.nc.arcs import CENTRE_WORDS, ArcError, Point, centre_from_radius, check_centre
 from gcodesim.nc.block import Block
-from gcodesim.nc.five_axis import refusal
+from gcodesim.nc.corners import cut_corner, keep_corner
 from gcodesim.nc.offsets import axis_values
-from gcodesim.nc.program import AXES, PLANES, Kind
+from gcodesim.nc.program import AXES, PLANES, Frame, Kind
 from gcodesim.nc.state import State
+from gcodesim.nc.tips import rotary_for, tool_direction
 from gcodesim.nc.wrap import unwound
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
 
-CENTRE_WORDS = "IJK"
+VECTORS = 435
+
+MOST_TURNS = 1_000_000
+"""Largest P of an arc; nobody cuts a thread of more turns."""
+
+SQUARE_RAD = 1e-4
+"""A tool this near to the normal of a tilted plane stands on it [rad]: angles have 3 decimals."""
 
 
 def target(state: State, block: Block) -> list[float]:
     """Return the program point the axis words name; letters left out keep their value."""
+    if state.frames.carried is not None:
+        _carry_offset(state, block)
     point = state.point.copy()
     incremental = state.modal.distance == 910
     scale, wraps = state.scale, state.wraps
@@ -32,7 +41,45 @@ def target(state: State, block: Block) -> list[float]:
                 point[i] = _unwound(state, i, value, point) if letter in wraps else length
     if state.modal.polar == 160:
         _apply_polar(state, block, point)
+    if state.modal.tcp == VECTORS:
+        _apply_vector(state, block, point)
     return point
+
+
+def _carry_offset(state: State, block: Block) -> None:
+    """Under a table offset (G254) rotary words come first, and the linear ones behind them.
+
+    The table carries the work offset along; a linear axis that has no word stays where it is.
+    """
+    rotary = state.point.copy()
+    for letter in "ABC":
+        if letter in block.values:
+            i = INDEX[letter]
+            value = block.values[letter]
+            if state.modal.distance == 910:
+                rotary[i] += value
+            else:
+                rotary[i] = _unwound(state, i, value, rotary) if letter in state.wraps else value
+    state.carry_offset(state.frames.machine(rotary)[3:])
+    state.frames.update()
+    state.point[:3] = state.frames.program(state.position)[:3]
+
+
+def _apply_vector(state: State, block: Block, point: list[float]) -> None:
+    """G43.5: I J K is the direction of the tool in the program frame, and rotary words are none."""
+    words, kinematics = block.values, state.control.kinematics
+    if rotary := next((letter for letter in "ABC" if letter in words), ""):
+        raise block.error("unused_word", f"{rotary} under G43.5, which takes I J K", rotary)
+    if kinematics is None or not words.keys() & set(CENTRE_WORDS):
+        return
+    vector = [words.get(letter, 0.0) for letter in CENTRE_WORDS]
+    if not any(vector):
+        raise block.error("direction_zero", "I, J and K are 0", "I")
+    direction = state.frames.turn([*vector, 0.0, 0.0, 0.0])[:3]
+    held = state.position[3:]
+    turned = rotary_for(kinematics, direction, held)
+    for i, (angle, before) in enumerate(zip(turned, held, strict=True), start=3):
+        point[i] += angle - before
 
 
 def _apply_polar(state: State, block: Block, point: list[float]) -> None:
@@ -84,39 +131,80 @@ def straight(state: State, block: Block, number: int) -> None:
     state.modal.motion, state.modal.cycle = number, 0
     if not block.moves:
         return
+    kind = Kind.FEED if number else Kind.RAPID
     if block.has("G", 530):
-        position = _machine_target(state, block)
-        point = state.frames.program(position)
-    else:
-        point = target(state, block)
-        position = state.reach(point)
-    if number == 0:
-        move(state, block, Kind.RAPID, position, 0.0)
-    else:
-        rotary_only = position[:3] == state.position[:3]
-        move(state, block, Kind.FEED, position, feed_of(state, block, rotary_only))
+        axes = _machine_target(state, block)
+        move_axes(state, block, kind, axes, _feed_to(state, block, kind, axes, state.axes))
+        return
+    start = state.point
+    point = target(state, block)
+    if state.corner is not None and number:
+        cut_corner(state, block, point)
+        start = state.point
+    position = state.reach(point)
+    tilted = state.frames.tilt is not None and not state.modal.tcp
+    if tilted and position[3:] != state.position[3:]:
+        # No tip tracking here: the joints run straight to where the tip is on the plane again.
+        axes = state.axes_of(position)
+        move_axes(state, block, kind, axes, _feed_to(state, block, kind, axes, state.axes))
+        return
+    f = _feed_to(state, block, kind, position, state.position)
+    move(state, block, kind, position, f)
     state.point = point
+    if block.corner[0] and number:
+        keep_corner(state, block, start, f)
+
+
+def _feed_to(state: State, block: Block, kind: Kind, end: list[float], start: list[float]) -> float:
+    """Return the feed of a straight move, 0 for a rapid one."""
+    return feed_of(state, block, end[:3] == start[:3]) if kind == Kind.FEED else 0.0
 
 
 def move(state: State, block: Block, kind: Kind, position: list[float], f: float) -> None:
-    """Record a straight move to a machine position; one of no length is left out."""
+    """Record a straight move to a position; one of no length is left out."""
     if state.unfollowed:
-        raise refusal(state, block)
+        raise state.refusal(block)
     if position != state.position:
+        if state.frames.tilt is not None and not state.modal.tcp:
+            _look_at_plane(state, block)
         modal = state.modal
         mode = modal.feed_mode // 10
         state.recorder.add(kind, block.row, position, f=f, mode=mode, speed=modal.speed)
         state.position = position
 
 
+def move_axes(state: State, block: Block, kind: Kind, axes: list[float], f: float = 0.0) -> None:
+    """Record a move that is straight in the joints, to axis positions, whatever is switched on."""
+    if state.unfollowed:
+        raise state.refusal(block)
+    if axes != state.axes:
+        modal = state.modal
+        mode = modal.feed_mode // 10
+        state.recorder.switch(Frame.MACHINE)
+        state.recorder.add(kind, block.row, axes, f=f, mode=mode, speed=modal.speed)
+    state.stand(axes)
+
+
+def _look_at_plane(state: State, block: Block) -> None:
+    """Report a tool that does not stand square on the tilted plane it moves in."""
+    kinematics = state.control.kinematics
+    if state.on_plane is None and kinematics is not None:
+        normal = state.frames.turn([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])[:3]
+        held = tool_direction(kinematics, state.position[3:])
+        state.on_plane = math.dist(normal, held) < SQUARE_RAD
+    if not state.on_plane:
+        what = "move in a tilted plane with the tool not square on it"
+        state.report(block.finding("tilted_plane_not_square", what))
+
+
 def _machine_target(state: State, block: Block) -> list[float]:
     if state.modal.distance == 910:
         raise block.error("g53_incremental", "G53 under G91", "G53")
-    position = state.position.copy()
+    axes = state.axes.copy()
     for i, value in axis_values(state, block).items():
         wraps = AXES[i] in state.wraps
-        position[i] = _unwound(state, i, value, position) if wraps else value
-    return position
+        axes[i] = _unwound(state, i, value, axes) if wraps else value
+    return axes
 
 
 def feed_of(
@@ -137,6 +225,8 @@ def feed_of(
         feed = state.control.feed
     if not feed:
         raise block.error("feed_missing", "feed move without F")
+    if rotary_only and modal.tcp and modal.feed_mode == 940:
+        feed = state.control.tcp_rotary_feed or feed
     if modal.feed_mode == 950 and not modal.speed:
         raise block.error("feed_per_rev_no_spindle", "G95 with S0")
     if cutting and modal.spindle not in (30, 40) and not state.has_reported("spindle_off_feed"):
@@ -154,6 +244,8 @@ def arc(state: State, block: Block, number: int) -> None:
         raise block.error("axis_without_motion", "G53 with an arc", "G53")
     u, v, w = PLANES[state.modal.plane]
     end = target(state, block)
+    if state.frames.tilt is not None and not state.modal.tcp and end[3:] != state.point[3:]:
+        raise block.error("rotary_arc_in_tilted_plane", "an arc with rotary words")
     clockwise = number == 20
     turns = _turns(block)
     try:
@@ -169,7 +261,9 @@ def arc(state: State, block: Block, number: int) -> None:
         -turns if clockwise != frames.mirrored else turns,
     )
     if state.unfollowed:
-        raise refusal(state, block)
+        raise state.refusal(block)
+    if frames.tilt is not None and not modal.tcp:
+        _look_at_plane(state, block)
     f = feed_of(state, block)
     state.position = state.reach(end)
     state.point = end
@@ -186,7 +280,7 @@ def arc(state: State, block: Block, number: int) -> None:
 
 def _turns(block: Block) -> int:
     turns = block.values.get("P", 1.0)
-    if turns < 1 or not turns.is_integer():
+    if not 1 <= turns <= MOST_TURNS or not turns.is_integer():
         raise block.error("arc_turns", f"P{turns:g}", "P")
     return int(turns)
 
@@ -195,7 +289,9 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
     """Return the centre (u, v) [mm] in the program frame."""
     u, v, w = PLANES[state.modal.plane]
     start, scale, words = state.point, state.scale, block.values
-    given = [letter for letter in CENTRE_WORDS if letter in words]
+    # Under G43.5 I J K is the direction of the tool, so that only R is left for arcs.
+    vectors = state.modal.tcp == VECTORS
+    given = [letter for letter in CENTRE_WORDS if letter in words and not vectors]
     if "R" in words and (not given or state.control.dialect.r_and_ijk == "r_wins"):
         radius = words["R"] * scale
         tolerance = state.control.arc
@@ -204,7 +300,7 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
         )
     if "R" in words:
         raise block.error("arc_r_and_center", "R and centre words", "R")
-    if CENTRE_WORDS[w] in words:
+    if CENTRE_WORDS[w] in given:
         raise block.error("arc_wrong_center_word", CENTRE_WORDS[w], CENTRE_WORDS[w])
     absolute = state.modal.centre_distance == 901
     if not given or (absolute and len(given) < 2):
@@ -218,7 +314,7 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
 
 def store_reference(state: State, block: Block, number: int) -> None:
     """G28.1 G30.1: the current position becomes the reference point."""
-    state.reference[f"G{number // 10}"] = dict(zip(AXES, state.position, strict=True))
+    state.reference[f"G{number // 10}"] = dict(zip(AXES, state.axes, strict=True))
 
 
 def probe(state: State, block: Block, number: int) -> None:
@@ -247,9 +343,12 @@ def return_to_reference(state: State, block: Block, number: int) -> None:
     reference = state.reference.get(code, {})
     if missing := [letter for letter in named if letter not in reference]:
         raise block.error("reference_not_found", f"{code} {missing[0]}", missing[0])
-    move(state, block, Kind.RAPID, state.reach(target(state, block)), 0.0)
-    position = state.position.copy()
+    middle = state.reach(target(state, block))
+    if state.frame is Frame.MACHINE:
+        move(state, block, Kind.RAPID, middle, 0.0)
+    else:
+        move_axes(state, block, Kind.RAPID, state.axes_of(middle))
+    axes = state.axes.copy()
     for letter in named:
-        position[INDEX[letter]] = reference[letter]
-    move(state, block, Kind.RAPID, position, 0.0)
-    state.point = state.frames.program(position)
+        axes[INDEX[letter]] = reference[letter]
+    move_axes(state, block, Kind.RAPID, axes)

@@ -4,8 +4,14 @@ from __future__ import annotations
 
 from gcodesim.nc.block import Block
 from gcodesim.nc.control import ZERO, WorkOffset
+from gcodesim.nc.modal import TABLE_OFFSET_OFF
 from gcodesim.nc.program import AXES, PLANES, Kind
 from gcodesim.nc.state import State
+
+TIP_CODES = (434, 435, 2340)
+"""G43.4, G43.5 and G234: X Y Z are the tip, seen from the part."""
+
+M428 = 4280
 
 ADDITIONAL = 100
 """G54.1 Pn is work offset 100 + n."""
@@ -38,6 +44,8 @@ def _activate(state: State, block: Block, index: int, number: int) -> None:
         name = f"G54.1 P{index - ADDITIONAL}" if index > ADDITIONAL else f"G{number / 10:g}"
         raise block.error("offset_not_found", name, f"G{number / 10:g}")
     offset = offset or WorkOffset()
+    if state.modal.table_offset != TABLE_OFFSET_OFF and any(offset.value[3:]):
+        raise block.error("table_offset_turned", f"G{number / 10:g} under a table offset")
     state.work_offset = index
     same = list(offset.value) == state.frames.g5x and offset.rotation == state.frames.rotation
     if same and state.modal.work_offset == number:
@@ -58,11 +66,10 @@ def set_g92(state: State, block: Block, number: int) -> None:
     """G92: the offset with which the current point reads the words."""
     values = _needed(state, block, "G92")
     frames, point = state.frames, state.point
-    _set_g92(
-        state,
-        block,
-        [old + point[i] - values.get(i, point[i]) for i, old in enumerate(frames.g92)],
-    )
+    steps = [point[i] - values.get(i, point[i]) for i in range(6)]
+    if not frames.is_plain:
+        steps = frames.inside(steps)
+    _set_g92(state, block, [old + step for old, step in zip(frames.g92, steps, strict=True)])
 
 
 def cancel_g92(state: State, block: Block, number: int) -> None:
@@ -90,13 +97,21 @@ def _needed(state: State, block: Block, code: str) -> dict[int, float]:
 
 
 def rotate_plane(state: State, block: Block, number: int) -> None:
-    """G68: program points turn by R about the words, or about the current point; G69 ends it."""
+    """G68: program points turn by R about the words, or about the current point; G69 ends it.
+
+    G69 ends a tilted plane too (G68.2).
+    """
     frames = state.frames
     if number != 680:
         state.unfollowed.pop("frame", None)
+        if frames.tilt is not None:
+            axes, frames.tilt = state.axes, None
+            state.stand(axes)
         if frames.turn_about is None:
             return
         frames.turn_about = None
+    elif frames.tilt is not None:
+        raise block.error("tilted_plane_active", "G68 in a tilted plane", "G68")
     elif "R" not in block.values:
         raise block.error("rotation_without_angle", "G68 without R", "G68")
     else:
@@ -166,7 +181,10 @@ def _check_tool(state: State, block: Block, tool: int, letter: str) -> None:
 
 
 def set_tool_length(state: State, block: Block, number: int) -> None:
-    """G43 Hn, G43.2 Hn added, G44 Hn subtracted; without H the tool in the spindle."""
+    """G43 Hn, G43.2 Hn added, G44 Hn subtracted; without H the tool in the spindle.
+
+    They end what G43.4, G43.5 or G234 has begun, which take this way too.
+    """
     value = _tool_offset(state, block)
     if number == 440:
         value = [-v for v in value]
@@ -183,27 +201,48 @@ def set_tool_length_words(state: State, block: Block, number: int) -> None:
 
 
 def cancel_tool_length(state: State, block: Block, number: int) -> None:
-    """G49."""
+    """G49; it ends tool centre point control too, also that of M428."""
+    state.modal.length = number
+    set_tip_control(state, 0)
     if any(state.frames.tool):
         _set_tool_offset(state, block, list(ZERO), number)
-    state.modal.length = number
+
+
+def set_tip_control(state: State, code: int, tool: list[float] | None = None) -> None:
+    """Switch tool centre point control on (G43.4 and its like, in tenths) or off (0).
+
+    Nothing moves: what the axes stand at is counted anew.
+    """
+    state.unfollowed.pop("length", None)
+    axes, modal = state.axes, state.modal
+    if code and state.control.tcp_frame == "work":
+        state.tcp_rotary = axes[3:]
+    if tool is not None:
+        state.frames.tool = tool
+    elif modal.tcp == code:
+        return
+    modal.tcp = code
+    state.stand(axes)
 
 
 def _set_tool_offset(state: State, block: Block, value: list[float], number: int) -> None:
-    state.unfollowed.pop("length", None)
-    state.frames.tool = value
     state.modal.length = number
-    state.reframe()
+    kept = M428 if state.modal.tcp == M428 else 0
+    followed = state.control.kinematics is not None
+    set_tip_control(state, number if number in TIP_CODES and followed else kept, value)
     state.emit(Kind.TOOL_OFFSET, block, value)
 
 
 def _tool_offset(state: State, block: Block) -> list[float]:
     """Return the offset that H names, or that of the tool in the spindle without H.
 
-    Without a tool table the length of the mounted tool stands in; H0 is always zero.
+    Without a tool table the length of the mounted tool stands in. H0 is zero; under linuxcnc it is
+    the tool in the spindle too.
     """
     control = state.control
     entry = block.whole("H") if "H" in block.values else state.modal.tool
+    if entry == 0 and control.dialect.name == "linuxcnc":
+        entry = state.modal.tool
     if state.tools is None and entry != 0:
         if not control.tool_for_all:
             what = f"no tools file gives the length of H{entry}" if entry else "no tools file"

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from gcodesim.nc.control import WorkOffset
 from gcodesim.nc.program import AXES
-from gcodesim.nc.state import LIMIT, State
+from gcodesim.nc.state import INCH, LIMIT, State
 
 LOCALS = {"fanuc": 33, "linuxcnc": 30}
 """Macro language -> #1 to here are local to a call."""
@@ -43,7 +43,7 @@ class ExpressionError(Exception):
 class Level:
     """What belongs to one call: numbered and named local parameters."""
 
-    numbers: dict[int, float | None] = field(default_factory=dict)
+    numbers: dict[float, float | None] = field(default_factory=dict)
     names: dict[str, float | None] = field(default_factory=dict)
 
 
@@ -69,15 +69,13 @@ class Parameters:
         Raises:
             ExpressionError: there is none with this number, or nobody knows its value.
         """
+        # What was given a value is found by it: 1.0 and 1 are the same key.
+        for known in (self.level.numbers, self._globals.numbers):
+            if value in known:
+                return known[value]
         number = self._number(value, place)
-        if number <= LOCALS[self.language]:
-            known = self.level.numbers
-        elif number < 1000 or number > 9999 or (self.language == "linuxcnc" and number < 5000):
-            known = self._globals.numbers
-        else:
+        if self._holder(number) is None:
             return self._system(number, place)
-        if number in known:
-            return known[number]
         if self.language == "fanuc":
             return None
         self.undefined(number)
@@ -89,15 +87,26 @@ class Parameters:
         Raises:
             ExpressionError: it cannot be written.
         """
+        for known in (self.level.numbers, self._globals.numbers):
+            if value in known:
+                known[value] = new
+                return
         number = self._number(value, place)
         if not number or any(number in span for span in READ_ONLY[self.language]):
             raise ExpressionError("parameter_readonly", f"#{number}", place)
-        if number <= LOCALS[self.language]:
-            self.level.numbers[number] = new
-        elif number < 1000 or number > 9999 or (self.language == "linuxcnc" and number < 5000):
-            self._globals.numbers[number] = new
-        else:
+        holder = self._holder(number)
+        if holder is None:
             self._set_system(number, new or 0.0, place)
+        else:
+            holder[number] = new
+
+    def _holder(self, number: int) -> dict[float, float | None] | None:
+        """Return where a parameter is kept; None for those of the system."""
+        if number <= LOCALS[self.language]:
+            return self.level.numbers
+        if number < 1000 or number > 9999 or (self.language == "linuxcnc" and number < 5000):
+            return self._globals.numbers
+        return None
 
     def named(self, name: str, place: int) -> float | None:
         """Return a named parameter.
@@ -137,7 +146,7 @@ class Parameters:
             return MODAL[number](state)
         if fanuc and (i := number % 20 - 1) in range(6):
             if number // 20 == 251:
-                return self._length(state.position[i], i)
+                return self._length(state.axes[i], i)
             if number // 20 in (250, 252):
                 return self._length(state.point[i], i)
         if not fanuc:
@@ -147,15 +156,29 @@ class Parameters:
             if number == 5400:
                 return float(state.modal.tool or 0)
             if number - 5401 in range(6):
-                return self._length(state.frames.tool[number - 5401], number - 5401)
+                return self._tool_in_spindle(number - 5401)
             if number - 5420 in range(6):
                 return self._length(state.point[number - 5420], number - 5420)
             if number == 5220:
                 return float(state.work_offset)
         index, i = divmod(number - FIRST_OFFSET, 20)
         if index in range(6 if fanuc else 9) and i in range(6):
-            return self._length(state.offsets.get(index + 1, WorkOffset()).value[i], i)
+            value = state.offsets.get(index + 1, WorkOffset()).value[i]
+            return self._length(value, i) if fanuc else self._own_unit(value, i)
         raise ExpressionError("parameter_unknown", f"#{number}", place)
+
+    def _tool_in_spindle(self, i: int) -> float:
+        """Return the tool table's offset for the tool in the spindle, whatever G43 has set."""
+        state, control = self.state, self.state.control
+        entry = (state.tools or {}).get(state.modal.tool or 0)
+        if entry is None:
+            mounted = control.mounted_length if control.tool_for_all and i == 2 else 0.0
+            return mounted if state.tools is None and state.modal.tool else 0.0
+        return self._own_unit(entry.offset[i], i)
+
+    def _own_unit(self, value: float, i: int) -> float:
+        """Return a value of the control's tables: G20 and G21 do not change its unit."""
+        return value / (INCH if self.state.control.inch and i < 3 else 1.0)
 
     def _length(self, value: float, i: int) -> float:
         return value / self.state.scale if i < 3 else value

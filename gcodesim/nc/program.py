@@ -21,6 +21,20 @@ PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
 """Plane code -> indices of u, v and the normal w."""
 
 
+class Frame(IntEnum):
+    """What the end point of a move is counted in; a switch between frames moves nothing.
+
+    In WORK and GREAT_CIRCLE `to` holds the tip of the tool [mm] and the rotary axis positions
+    [deg]. The tip is counted in the frame that rides on the work link, as it stands with all rotary
+    joints at zero, in machine coordinates: there the axis position is the tip plus the tool offset.
+    The tip runs straight, or along its arc, in that frame, and F is its speed there.
+    """
+
+    MACHINE = 0  # axis positions; every joint runs straight
+    WORK = 1  # the rotary axes run linearly while the tip runs
+    GREAT_CIRCLE = 2  # the tool axis runs along the great circle between its two directions
+
+
 class Kind(IntEnum):
     """Kind of a canonical command, named as in RS274/NGC."""
 
@@ -34,6 +48,7 @@ class Kind(IntEnum):
     G92 = 7  # `to` is the new G92 offset
     MESSAGE = 8  # `aux` is the row in `texts`
     STOP = 9  # M0, M1, M2, M30; `aux` is the M number
+    PATH = 10  # G61 G61.1 G64: `aux` is the code in tenths, `f` the tolerance P [mm], 0 without
 
 
 class FeedMode(IntEnum):
@@ -56,8 +71,7 @@ class CanonicalProgram:
     Attributes:
         kind: Kind, shape (n,) uint8.
         line: 1-based source line, shape (n,) int32; 0 = set-up.
-        frame: frame of `to`, shape (n,) uint8: 0 = machine frame (all offsets resolved). Other
-            frames (tilted plane, tool centre point) are resolved by motion/.
+        frame: Frame of `to`, shape (n,) uint8; all offsets but the tool's are resolved.
         to: end point of a move, or the vector value of a command, shape (n, 6), mm and deg.
         f: feed as feed_mode says, or seconds of a dwell, shape (n,) float64.
         feed_mode: FeedMode, shape (n,) uint8.

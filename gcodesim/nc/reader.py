@@ -56,6 +56,8 @@ class Lines(Sequence[str]):
             data = data.rstrip(LEADER)
         self.data = data
         self.bounds = _line_bounds(data)
+        # Asked for one by one, the bounds come as plain numbers.
+        self._bounds = self.bounds.data
 
     def __len__(self) -> int:
         return len(self.bounds) - 1
@@ -67,13 +69,12 @@ class Lines(Sequence[str]):
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
+        count, bounds = len(self._bounds) - 1, self._bounds
         if index < 0:
-            index += len(self)
-        if not 0 <= index < len(self):
+            index += count
+        if not 0 <= index < count:
             raise IndexError(index)
-        return self.data[self.bounds[index] : self.bounds[index + 1] - 1].decode(
-            "utf-8", "surrogatepass"
-        )
+        return self.data[bounds[index] : bounds[index + 1] - 1].decode("utf-8", "surrogatepass")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Sequence) and list(self) == list(other)

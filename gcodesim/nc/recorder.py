@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.nc.control import ZERO
-from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Kind
+from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Frame, Kind
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]
 
@@ -21,8 +21,9 @@ class Recorder:
         self._kind, self._line, self._aux = array("B"), array("i"), array("i")
         self._to, self._f = array("d"), array("d")
         self._mode, self._speed = array("B"), array("f")
-        self._arcs: list[ArcRow] = []
+        self._arcs, self._turns = array("d"), array("i")
         self._texts: list[str] = []
+        self._switches: list[tuple[int, int]] = [(0, Frame.MACHINE)]
 
     def __len__(self) -> int:
         return len(self._kind)
@@ -53,24 +54,43 @@ class Recorder:
         line: NDArray[np.int64],
         to: NDArray[np.float64],
         f: NDArray[np.float64],
+        aux: NDArray[np.int64],
         *,
-        mode: int,
-        speed: float,
+        mode: int | NDArray[np.uint8],
+        speed: float | NDArray[np.float32],
     ) -> None:
-        """Append straight moves; mode and speed are the same for all."""
+        """Append many commands; mode and speed may be the same for all."""
         count = len(kind)
         self._kind.frombytes(kind.tobytes())
         self._line.frombytes(line.astype(np.int32).tobytes())
         self._to.frombytes(to.tobytes())
         self._f.frombytes(f.tobytes())
-        self._mode.frombytes(bytes([mode]) * count)
-        self._speed.frombytes(np.full(count, speed, np.float32).tobytes())
-        self._aux.frombytes(bytes(4 * count))
+        self._mode.frombytes(np.broadcast_to(np.uint8(mode), count).tobytes())
+        self._speed.frombytes(np.broadcast_to(np.float32(speed), count).tobytes())
+        self._aux.frombytes(aux.astype(np.int32).tobytes())
+
+    def switch(self, frame: int) -> None:
+        """Count what follows in another frame."""
+        if frame != self._switches[-1][1]:
+            self._switches.append((len(self), frame))
 
     def add_arc_row(self, row: ArcRow) -> int:
         """Append centre, normal and turns of an arc and return the row's number for `aux`."""
-        self._arcs.append(row)
-        return len(self._arcs) - 1
+        centre, normal, turns = row
+        self._arcs.extend(centre)
+        self._arcs.extend(normal)
+        self._turns.append(turns)
+        return len(self._turns) - 1
+
+    def extend_arcs(
+        self, centre: NDArray[np.float64], normal: Sequence[float], turns: NDArray[np.int64]
+    ) -> int:
+        """Append many arcs of one normal; return the number of the first row."""
+        first, rows = len(self._turns), np.zeros((len(turns), 6))
+        rows[:, :3], rows[:, 3:] = centre, normal
+        self._arcs.frombytes(rows.tobytes())
+        self._turns.frombytes(turns.astype(np.int32).tobytes())
+        return first
 
     def message(self, line: int, text: str) -> None:
         """Append a message."""
@@ -89,13 +109,26 @@ class Recorder:
         return CanonicalProgram(
             kind=np.frombuffer(self._kind, np.uint8),
             line=np.frombuffer(self._line, np.int32),
-            frame=np.zeros(len(self), np.uint8),
+            frame=self._frames(),
             to=np.frombuffer(self._to, np.float64).reshape(-1, 6),
             f=np.frombuffer(self._f, np.float64),
             feed_mode=np.frombuffer(self._mode, np.uint8),
             speed=np.frombuffer(self._speed, np.float32),
             aux=np.frombuffer(self._aux, np.int32),
-            arcs=np.array(self._arcs, ARC_DTYPE),
+            arcs=self._arc_rows(),
             start=np.array(start, np.float64),
             texts=self._texts,
         )
+
+    def _arc_rows(self) -> NDArray[np.void]:
+        rows = np.zeros(len(self._turns), ARC_DTYPE)
+        values = np.frombuffer(self._arcs, np.float64).reshape(-1, 6)
+        rows["center"], rows["normal"] = values[:, :3], values[:, 3:]
+        rows["turns"] = np.frombuffer(self._turns, np.int32)
+        return rows
+
+    def _frames(self) -> NDArray[np.uint8]:
+        """Return the frame of every command; switches behind the last one count no more."""
+        rows, frames = zip(*self._switches, strict=True)
+        bounds = np.minimum([*rows, len(self)], len(self))
+        return np.repeat(np.array(frames, np.uint8), np.diff(bounds))

@@ -1,9 +1,9 @@
 """Plain blocks read by the thousand: from bytes to columns of words, not character by character.
 
-A block is plain when it holds nothing but blanks, G0 or G1, N, F and axis words, each once, with
-numbers of up to 15 digits. Such numbers are an exact mantissa over an exact power of ten, whose
-quotient is correctly rounded, so they equal those that float() makes. Whatever is not plain for
-any reason is left to the block-by-block way, which knows what to say about it.
+A block is plain when it holds nothing but blanks, one of CODES, N, F, Q, axis and arc words, each
+once, with numbers of up to 15 digits. Such numbers are an exact mantissa over an exact power of
+ten, whose quotient is correctly rounded, so they equal those that float() makes. Whatever is not
+plain for any reason is left to the block-by-block way, which knows what to say about it.
 """
 
 from __future__ import annotations
@@ -24,6 +24,12 @@ DIGIT, POINT, SIGN, LETTER, END, OTHER = range(6)
 
 DIGITS = 8
 """Digits before or behind the point that one 64-bit word holds."""
+
+CODES = np.array([0.0, 1.0, 2.0, 3.0, 73.0, 74.0, 81.0, 82.0, 83.0, 84.0, 85.0, 86.0, 89.0])
+"""G codes of plain blocks: lines, arcs, and cycles that a run of holes may repeat."""
+
+PLAIN_WORDS = "GNFIJKRQ"
+"""Letters of plain blocks, besides axes."""
 
 MANTISSA = 15
 """Digits up to which a whole number is exact in float64."""
@@ -72,6 +78,7 @@ class Words:
         has, value: letter -> whether, and with which value, the line holds it, shape (n,) each.
         ignored: ignored letter -> how often each line holds it, in the order first met.
         run_end: index of the next line that is not plain, shape (n,), counted from `first`.
+        next_run: index of the next line at which a run of some length may begin, shape (n + 1,).
     """
 
     first: int
@@ -81,9 +88,12 @@ class Words:
     value: dict[str, Floats]
     ignored: dict[str, Ints]
     run_end: Ints
+    next_run: Ints
 
 
-def scan(lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str]) -> Words:
+def scan(
+    lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str], shortest: int = 1
+) -> Words:
     """Read lines first to last (excluded) into columns.
 
     Args:
@@ -92,6 +102,7 @@ def scan(lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str]
         last: index behind the last.
         axes: axis letters of the machine.
         ignored: letters that are dropped and counted.
+        shortest: lines of the shortest run.
     """
     data = lines.data[lines.bounds[first] : lines.bounds[last] - 1] + b"\n"
     # Eight characters in front let every number be read as a whole word.
@@ -117,47 +128,56 @@ def scan(lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str]
     value, exact = _values(text, marks, kind, letter)
     word_line, name = line[letter], np.frombuffer(text, np.uint8)[marks[letter]]
     plain[word_line[~exact]] = False
-    words = Words(first, plain[:count], np.ones(count, bool), {}, {}, {}, np.zeros(0, np.int64))
+    none = np.zeros(0, np.int64)
+    words = Words(first, plain[:count], np.ones(count, bool), {}, {}, {}, none, none)
     words.blank[word_line[word_line < count]] = False
     _into_columns(words, word_line, name, value, axes, ignored)
     _check(words)
-    stops = np.where(words.plain, count, np.arange(count))
-    words.run_end = np.minimum.accumulate(stops[::-1])[::-1]
+    index = np.arange(count)
+    words.run_end = _next(~words.plain, index)
+    words.next_run = _next(words.run_end - index >= shortest, index)
     return words
+
+
+def _next(marked: Bools, index: Ints) -> Ints:
+    """Return for every line the next one that is marked, the line itself included."""
+    return np.minimum.accumulate(np.where(marked, index, len(index))[::-1])[::-1]
 
 
 def _values(
     text: bytes, marks: Ints, kind: NDArray[np.uint8], letter: Ints
 ) -> tuple[Floats, Bools]:
     """Return the numbers behind the letters, and which of them are short enough to be exact."""
-    sign = kind[letter + 1] == SIGN
-    before = letter + sign
+    before = letter + (kind[letter + 1] == SIGN)
     point = kind[before + 1] == POINT
-    behind = before + point
-    whole_end = marks[before + 1]
-    whole_count = whole_end - marks[before] - 1
-    part_end = marks[behind + 1]
-    part_count = np.where(point, part_end - marks[behind] - 1, 0)
-    exact = (whole_count <= DIGITS) & (part_count <= DIGITS)
-    exact &= whole_count + part_count <= MANTISSA
-    whole_count, part_count = np.minimum(whole_count, DIGITS), np.minimum(part_count, DIGITS)
+    begin, middle, end = marks[before], marks[before + 1], marks[before + point + 1]
+    whole_count, length = middle - begin - 1, end - begin - 1
+    part_count = length - whole_count - point
+    exact = (whole_count <= DIGITS) & (part_count <= DIGITS) & (length - point <= MANTISSA)
     eights = np.ndarray((len(text) - 7,), "<u8", text, strides=(1,))
-    whole = _digits(eights, whole_end, whole_count)
-    part = _digits(eights, part_end, part_count)
-    scale = POWERS[part_count]
-    value = (whole * scale + part) / scale
+    # Most numbers fit into one word of eight characters, with the point pushed out of it.
+    part = LAST[np.minimum(part_count, DIGITS)]
+    word = eights[np.minimum(end, len(text)) - DIGITS]
+    word = ((word << (point * np.uint64(DIGITS))) & ~part) | (word & part)
+    value = _digits(word & LAST[np.minimum(length - point, DIGITS)])
+    value /= POWERS[np.minimum(part_count, DIGITS)]
+    long = np.flatnonzero(exact & (length > DIGITS))
+    if len(long):
+        scale = POWERS[part_count[long]]
+        whole = _digits(eights[middle[long] - DIGITS] & LAST[whole_count[long]])
+        behind = _digits(eights[end[long] - DIGITS] & LAST[part_count[long]])
+        value[long] = (whole * scale + behind) / scale
     # The character behind the letter is a minus only where there is a sign.
     negative = np.frombuffer(text, np.uint8)[marks[letter] + 1] == ord("-")
     np.negative(value, out=value, where=negative)
     return value, exact
 
 
-def _digits(eights: NDArray[np.uint64], end: Ints, count: Ints) -> Floats:
-    """Return the numbers that the last `count` characters before `end` spell, eight at once.
+def _digits(digits: NDArray[np.uint64]) -> Floats:
+    """Return the numbers of eight digits each.
 
     Neighbouring digits are joined to pairs, pairs to fours, fours to eights.
     """
-    digits = eights[np.minimum(end, len(eights) + DIGITS - 1) - DIGITS] & LAST[count]
     digits = (digits * np.uint64(10) + (digits >> np.uint64(8))) & np.uint64(0x00FF00FF00FF00FF)
     digits = (digits * np.uint64(100) + (digits >> np.uint64(16))) & np.uint64(0x0000FFFF0000FFFF)
     digits = (digits * np.uint64(10_000) + (digits >> np.uint64(32))) & np.uint64(0xFFFFFFFF)
@@ -174,12 +194,12 @@ def _into_columns(
 ) -> None:
     """Sort the words by letter; a letter that is not plain, or comes twice, spoils its line."""
     count = len(words.plain)
-    known = np.zeros(256, bool)
-    for letter in {"G", "N", "F", *axes} | ignored:
+    known, met = np.zeros(256, bool), np.bincount(name, minlength=256)
+    for letter in {*PLAIN_WORDS, *axes} | ignored:
         known[ord(letter)] = True
     words.plain[line[~known[name]]] = False
-    for letter in ("G", "N", "F", *axes):
-        if letter in ignored and letter != "G":
+    for letter in (*PLAIN_WORDS, *axes):
+        if (letter in ignored and letter != "G") or not met[ord(letter)]:
             continue
         found = np.flatnonzero(name == ord(letter))
         where = line[found]
@@ -196,8 +216,9 @@ def _into_columns(
 
 def _check(words: Words) -> None:
     """Take out what the block-by-block way may refuse: other codes, F0, broken block numbers."""
-    g = words.value["G"]
-    words.plain &= (g == 0.0) & ~np.signbit(g) | (g == 1.0)
+    if "G" in words.has:
+        g = words.value["G"]
+        words.plain &= np.isin(g, CODES) & ~np.signbit(g)
     if "F" in words.has:
         words.plain &= ~words.has["F"] | (words.value["F"] > 0.0)
     if "N" in words.has:

@@ -8,8 +8,11 @@ from gcodesim.nc.state import State
 
 
 def set_feed_mode(state: State, block: Block, number: int) -> None:
-    """G93 G94 G95: a change clears F, for the number would mean something else."""
-    if state.modal.feed_mode != number:
+    """G93 G94 G95: a change clears F, for the number would mean something else.
+
+    LinuxCNC forgets F with every such word, also without a change.
+    """
+    if state.modal.feed_mode != number or state.control.dialect.name == "linuxcnc":
         state.modal.feed = None
     state.modal.feed_mode = number
 
@@ -75,7 +78,9 @@ def set_cycle_return(state: State, block: Block, number: int) -> None:
 def set_path(state: State, block: Block, number: int) -> None:
     """G61 G61.1 G64: the exact path is checked under each of them, which G64 does not promise."""
     state.modal.path = number
-    if number == 640:
+    tolerance = block.not_negative("P") * state.scale if "P" in block.values else 0.0
+    state.recorder.add(Kind.PATH, block.row, f=tolerance, aux=number)
+    if number == 640 and not tolerance:
         state.report(block.finding("exact_path_assumed", "G64", "G64"))
 
 
@@ -98,7 +103,7 @@ def dwell_seconds(state: State, block: Block, letter: str) -> float:
 def _is_milliseconds(state: State, block: Block) -> bool:
     unit = state.control.dialect.dwell_p
     if unit == "point":
-        return not any(token[0] == "P" and "." in token[1] for token in block.tokens)
+        return not any(token[0] == "P" and "." in str(token[1]) for token in block.tokens)
     return unit == "ms"
 
 

@@ -8,9 +8,6 @@ from dataclasses import dataclass, field
 from gcodesim.nc.expressions import NAME, Evaluate, Parser
 from gcodesim.nc.parameters import ExpressionError, Parameters
 
-SIGN = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9]+)?O<")
-"""What only macro text holds: parameters, brackets, words of more than one letter."""
-
 WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))?")
 MAX_VALUE = 1e300
 """Largest value a parameter takes: results of expressions stay finite."""
@@ -23,6 +20,9 @@ LOOP = re.compile(r"(DO|END)([0-9]+)$")
 VALUED = frozenset({"IF", "ELSEIF", "WHILE", "REPEAT"})
 """O-words that take one value."""
 
+Word = tuple[str, str | None, Evaluate | None, int]
+"""Letter, number as text or None, value or None, index in the text without blanks."""
+
 Target = tuple[str, Evaluate | None]
 """A name and None, or an empty name and what gives the number."""
 
@@ -32,7 +32,7 @@ class Statement:
     """One block of macro text.
 
     Attributes:
-        words: letter, number as text or None, value or None, index in the text without blanks.
+        words: the words of letters, see Word.
         assignments: target, value and index, in the order written.
         control: GOTO, WHILE, DO, END, an O-word such as O-CALL, or empty.
         condition: of IF or WHILE, or the value of an O-word.
@@ -41,7 +41,7 @@ class Statement:
         arguments: of O-CALL.
     """
 
-    words: list[tuple[str, str | None, Evaluate | None, int]] = field(default_factory=list)
+    words: list[Word] = field(default_factory=list)
     assignments: list[tuple[Target, Evaluate, int]] = field(default_factory=list)
     control: str = ""
     condition: Evaluate | None = None

@@ -8,7 +8,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gcodesim.nc.reader import CHUNK, Lines
+from gcodesim.nc.reader import Lines
+
+SEARCHED = 1 << 16
+"""Bytes searched in one step."""
 
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 HEAD = re.compile(r"^(?:/[1-9]?)?(?:N[0-9]+)?")
@@ -126,15 +129,16 @@ def _closing_percent(lines: Lines, first: int) -> int:
 
 def _candidates(lines: Lines, first: int, end: int) -> Iterator[int]:
     """Yield the lines that hold a letter of O-words, program numbers and loops, in order."""
-    marks = b"OoDd:"
-    if not any(lines.data.find(mark) >= 0 for mark in (b"O", b"o", b"D", b"d", b":")):
-        return
+    marks = (b"O", b"o", b"D", b"d", b":")
     table = np.zeros(256, bool)
-    table[list(marks)] = True
+    table[list(b"".join(marks))] = True
     begin, stop = int(lines.bounds[first]), int(lines.bounds[end])
     last = -1
-    for chunk in range(begin, stop, CHUNK):
-        text = lines.data[chunk : min(chunk + CHUNK, stop)]
+    for chunk in range(begin, stop, SEARCHED):
+        text = lines.data[chunk : min(chunk + SEARCHED, stop)]
+        # Most pieces of a long program hold none of them, and one letter is found fast.
+        if not any(mark in text for mark in marks):
+            continue
         places = np.flatnonzero(table[np.frombuffer(text, np.uint8)]) + chunk
         for index in np.unique(np.searchsorted(lines.bounds, places, side="right") - 1).tolist():
             if index != last:

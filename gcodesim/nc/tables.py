@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from gcodesim.nc.block import Block
 from gcodesim.nc.control import ZERO, ToolEntry, WorkOffset
 from gcodesim.nc.frames import about_z
 from gcodesim.nc.offsets import ADDITIONAL, axis_values
-from gcodesim.nc.program import Kind
+from gcodesim.nc.program import Frame, Kind
 from gcodesim.nc.state import State
 
 FIXTURES = 9
@@ -29,6 +30,8 @@ def set_table(state: State, block: Block, number: int) -> None:
 
 def _set_offset(state: State, block: Block, *, solve: bool) -> None:
     index, solve = _offset_index(state, block, solve)
+    if solve:
+        _refuse_where_points_are_tips(state, block)
     frames, values = state.frames, axis_values(state, block)
     old = state.offsets.get(index, WorkOffset())
     rotation = block.values.get("R", old.rotation)
@@ -36,15 +39,7 @@ def _set_offset(state: State, block: Block, *, solve: bool) -> None:
     if active:
         frames.rotation = rotation
     if solve:
-        # The offset with which the current point reads the words, less G92 and the tool.
-        words = [values.get(i, 0.0) + state.frames.g92[i] for i in range(6)]
-        angle = math.radians(rotation)
-        turned = about_z(math.cos(angle), math.sin(angle), words)
-        position = state.position
-        new = [
-            position[i] - frames.tool[i] - turned[i] if i in values else old.value[i]
-            for i in range(6)
-        ]
+        new = _solved(state, values, old.value, math.radians(rotation))
     else:
         adds = state.modal.distance == 910 and state.control.dialect.name != "linuxcnc"
         new = [
@@ -56,6 +51,22 @@ def _set_offset(state: State, block: Block, *, solve: bool) -> None:
         frames.g5x = new
         state.reframe()
         state.emit(Kind.G5X, block, new, aux=index)
+
+
+def _solved(
+    state: State, values: dict[int, float], old: Sequence[float], angle: float
+) -> list[float]:
+    """Return the offset with which the current point reads the words, and what it read elsewhere.
+
+    Where X and Y are turned, one word alone moves the origin in both.
+    """
+    frames, cos, sin = state.frames, math.cos(angle), math.sin(angle)
+    held = [p - t for p, t in zip(state.position, frames.tool, strict=True)]
+    arm = about_z(cos, -sin, [h - o for h, o in zip(held, old, strict=True)])
+    words = [values.get(i, a - g) for i, (a, g) in enumerate(zip(arm, frames.g92, strict=True))]
+    turned = about_z(cos, sin, [w + g for w, g in zip(words, frames.g92, strict=True)])
+    named = values.keys() | ({0, 1} if angle and values.keys() & {0, 1} else set())
+    return [held[i] - turned[i] if i in named else old[i] for i in range(6)]
 
 
 def _offset_index(state: State, block: Block, solve: bool) -> tuple[int, bool]:
@@ -86,6 +97,8 @@ def _set_tool(state: State, block: Block, kind: int) -> None:
         what = f"no tools file to change T{tool} in"
         state.report(block.finding("tool_without_shape", what, "G10"), f"T{tool}")
         return
+    if kind != 1:
+        _refuse_where_points_are_tips(state, block)
     old = state.tools.get(tool, ToolEntry(tool, ZERO, 0.0))
     offset = list(old.offset)
     values = axis_values(state, block)
@@ -102,3 +115,10 @@ def _set_tool(state: State, block: Block, kind: int) -> None:
             offset[i] = state.position[i] - fixture[i] - word
     entry = (offset[0], offset[1], offset[2], offset[3], offset[4], offset[5])
     state.tools[tool] = ToolEntry(tool, entry, old.diameter, old.name)
+
+
+def _refuse_where_points_are_tips(state: State, block: Block) -> None:
+    """Refuse to measure an offset or a tool where points are no axis positions."""
+    if state.frame is not Frame.MACHINE or state.frames.carried is not None:
+        what = f"G10 L{block.values['L']:g} with five-axis codes in force"
+        raise block.error("measured_on_tips", what, "G10")

@@ -7,7 +7,7 @@ from collections import Counter
 from dataclasses import asdict
 from typing import Any
 
-from gcodesim.constants import SLACK_MM, TOLERANCE_MM
+from gcodesim.constants import SLACK_MM
 from gcodesim.findings import Finding
 from gcodesim.verdict import CheckResult
 
@@ -30,8 +30,9 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "sample_period_s": result.sample_period_s,
         "samples": result.samples,
         "duration_s": result.duration_s,
+        "tool_times": [{"tool": tool, "time_s": time_s} for tool, time_s in result.tool_times],
         "blocks": result.blocks,
-        "tolerance_mm": TOLERANCE_MM,
+        "tolerance_mm": result.tolerance_mm,
         "slack_mm": SLACK_MM,
         "first_contact": _first_contact(result),
         "contacts": [asdict(interval) for interval in result.contacts],

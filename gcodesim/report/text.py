@@ -138,12 +138,19 @@ def _checked(result: CheckResult) -> Iterator[str]:
     looked = f"every {result.sample_period_s * 1e3:g} ms and at block ends"
     motion = f"{result.blocks} blocks, {result.duration_s:.3f} s, {result.samples} samples"
     yield f"  motion: {motion} ({looked})"
+    if len(result.tool_times) > 1:
+        times = (f"{_spindle(tool)} {time_s:.3f} s" for tool, time_s in result.tool_times)
+        yield f"  tools: {', '.join(times)}"
     pairs = [f"{a}-{b}" for a, b in result.coverage.pairs]
     if not pairs or not result.samples:
         yield "  checked: nothing"
         return
     until = " up to the first contact" if result.first_contact and not result.contacts else ""
     yield f"  checked: {', '.join(pairs)}{until}; {result.method} on {result.device}"
+
+
+def _spindle(tool: int | None) -> str:
+    return "as started" if tool is None else f"T{tool}"
 
 
 def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -157,3 +164,4 @@ def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:
     yield "not checked, between samples", between
     yield "not certified", coverage.uncertified
     yield "not checked by rule", coverage.unchecked_by_rule
+    yield "off the path", coverage.off_path

@@ -145,8 +145,14 @@ def drilling(cycle: str) -> Callable[[int, np.random.Generator], list[str]]:
 def full_cycles(count: int, rng: np.random.Generator) -> list[str]:
     """Holes whose blocks repeat the cycle with all its words."""
     x, y = rng.uniform(-200, 200, (2, count)).round(3).tolist()
-    rows = enumerate(zip(x, y, strict=True))
-    return [*HEAD, *(f"G81 X{a} Y{b} Z-{5 + i % 9}. R2. F200." for i, (a, b) in rows), "G80", *END]
+    rows = zip(x, y, strict=True)
+    return [*HEAD, *(f"G81 X{a} Y{b} Z-5. R2. F200." for a, b in rows), "G80", *END]
+
+
+def depths(count: int, rng: np.random.Generator) -> list[str]:
+    """Holes of which no two have the same depth."""
+    rows = enumerate(rng.uniform(-200, 200, count).round(3).tolist())
+    return [*HEAD, "G81 Z-5. R2. F200.", *(f"X{x} Z-{5 + i % 9}." for i, x in rows), "G80", *END]
 
 
 def loops(count: int, rng: np.random.Generator) -> list[str]:
@@ -223,6 +229,7 @@ FAMILIES: dict[
     "cycle G83": (drilling("G99 G83 X0 Y0 Z-10. R2. Q3."), GENERAL_GOAL, {}),
     "cycle G84": (drilling("G84 X0 Y0 Z-5. R2."), GENERAL_GOAL, {}),
     "cycle G81, all words": (full_cycles, GENERAL_GOAL, {}),
+    "cycle G81, other depths": (depths, GENERAL_GOAL, {}),
     "WHILE": (loops, GENERAL_GOAL, {}),
     "IF GOTO": (jumps, GENERAL_GOAL, {}),
     "assignments": (assignments, GENERAL_GOAL, {}),

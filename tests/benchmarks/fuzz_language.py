@@ -15,10 +15,13 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from gcodesim.machine.control import control_for
+from gcodesim.machine.loading import load_machine
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control import Control, ToolEntry, WorkOffset
 from gcodesim.nc.dialect import DIALECTS
@@ -40,6 +43,9 @@ WORDS = (
     "WHILE[#1LT3]DO1 END1 DO2 END2 GOTO10 IF[#1GT0]THEN#2=1 o1sub o1endsub o1call[1] o1if[1] "
     "o1else o1endif o1while[#1] o1endwhile o1do o1repeat[3] o1endrepeat o1break o1continue "
     "o1return #<a>=1 #3000=1 #3006=1 #5161=3 % / ; ( ) [ ] # = . - + : 9 99999999999 1e9 "
+    "G43.4H1 G43.5H2 G49 G234H1 M428 M429 G68.2 G68.2J30 G68.2X1Y2Z3I40J30K20 G68.3R5 G68.4J10 "
+    "G69 G53.1 G53.1P2 G254 G255 G54.2P1 G54.2P0 I.5J.5K1 A-100 B30 C400 ,R1 ,C.5 ,R ,C#1 G28 "
+    "G43.4H1G1X1A10F9 G92X5 G52Z1 G10L20P1X0 #1=#5021 X#5043 G51.1X0 "
     "(MSG,x) (DEBUG,#1) < > \xe4 \u20ac "
 )
 PIECES = [*WORDS.split(), "\n", "\r", "\r\n", "\t", "\x00"]
@@ -88,15 +94,35 @@ def _mutate(lines: list[str], programs: list[list[str]], rng: random.Random) -> 
 
 
 def controls() -> list[Control]:
-    """Return one control of each dialect; programs end after a few thousand blocks."""
+    """Return controls of each dialect, without kinematics and with those of every machine shipped.
+
+    Programs end after a few thousand blocks.
+    """
     tools = {n: ToolEntry(n, (0.0, 0.0, 50.0 * n, 0.0, 0.0, 0.0), 10.0) for n in (1, 2, 3)}
     offsets = {n: WorkOffset((n, 0.0, 0.0, 0.0, 0.0, 0.0), rotation=30.0 * n) for n in range(9)}
-    return [
-        Control(dialect, tools=tools, offsets=offsets, feed=100.0, max_blocks=3000, wrap=wrap)
+    given = {"tools": tools, "offsets": offsets, "feed": 100.0, "max_blocks": 3000}
+    plain = [
+        Control(dialect, wrap=wrap, **given)
         for dialect, wrap in zip(
             DIALECTS.values(), ({"C": "shortest"}, {"A": "sign"}, {}), strict=True
         )
     ]
+    turning = [
+        replace(
+            control_for(load_machine(name), dialect, None, False),
+            tcp_frame=frame,
+            orientation=orientation,
+            **given,
+        )
+        for name in ("table_tilt", "head_tilt", "table_head")
+        for dialect, frame, orientation in (
+            ("fanuc", "table", "joints"),
+            ("fanuc", "work", "great_circle"),
+            ("haas", "table", "joints"),
+            ("linuxcnc", "work", "joints"),
+        )
+    ]
+    return [*plain, *turning]
 
 
 def failure(text: str, control: Control, meanings: Counter[str]) -> str:

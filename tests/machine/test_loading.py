@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.machine.control import control_for
+from gcodesim.machine.describe import describe
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.mesh import signed_volume
 
@@ -51,7 +53,35 @@ def test_control_keys(changed):
     assert machine.ignore_words == {"E"}
 
 
+def test_the_control_reads_programs_as_the_file_says(changed):
+    keys = "peck_backoff: 1.5\nbore_shift: -Y\ntcp_frame: work\ntcp_rotary_feed: 3600\n"
+    path = changed("name: tiny", f"name: tiny\n{keys}orientation: great_circle")
+    control = control_for(load_machine(path), None, None, False, 77)
+    assert (control.peck_backoff, control.bore_shift, control.tcp_frame) == (1.5, "-Y", "work")
+    assert (control.tcp_rotary_feed, control.orientation) == (3600.0, "great_circle")
+    assert control.max_blocks == 77
+    assert control.kinematics is not None
+    assert "boring shift -Y" in describe(load_machine(path))
+
+
+def test_keys_of_motion(changed):
+    plain = load_machine(changed("name: tiny", "name: tiny"))
+    assert (plain.rapids, plain.time) == ("linear", "constant")
+    assert [j.servo for j in plain.joints] == [None] * 5
+    limits = ", rapid: 24000, max_acceleration: 3000, max_jerk: 6e4"
+    moving = changed("[0, -1, 0], limits: [-200, 200], rapid: 24000",
+                     "[0, -1, 0], limits: [-200, 200]" + limits
+                     + ", servo: {order: 2, time_constant: 2e-3}")  # fmt: skip
+    y = load_machine(moving).joints[0]
+    assert (y.max_acceleration, y.max_jerk) == (3000, 6e4)
+    assert (y.servo.order, y.servo.time_constant, y.servo.damping) == (2, 2e-3, 1.0)
+    assert load_machine(changed("name: tiny", "name: tiny\nrapids: dogleg")).rapids == "dogleg"
+
+
 MISTAKES = {
+    "time without limits": ("name: tiny", "name: tiny\ntime: jerk", 11, "joints.Y", "max_accel"),
+    "damping of order 1": ("rapid: 12000", "rapid: 12000, servo: {time_constant: 1, damping: 1}",
+                           11, "joints.X.servo", "`damping` belongs to `order: 2`"),
     "unknown key": ("[-200, 200], rapid", "[-200, 200], rapdi", 10, "joints.Y.rapdi", "'rapid'"),
     "unknown top key": ("name: tiny", "nam: tiny", 1, "nam", "did you mean 'name'"),
     "wrong type": ("rapid: 12000", "rapid: fast", 11, "joints.X.rapid", "valid number, not 'fast'"),

@@ -10,7 +10,7 @@ import trimesh
 import yaml
 
 MACHINES = Path(__file__).parents[2] / "machines"
-NAMES = ["table_tilt", "head_tilt", "table_head"]
+NAMES = ["table_tilt", "head_tilt", "nutating_head", "table_head"]
 PAPER_COUNTS = {"X": 44, "Y": 136, "Z": 180, "A": 164, "C": 548, "cutter": 716}
 
 
@@ -85,6 +85,8 @@ def test_joints_form_a_tree_with_unit_axes_and_signs_of_iso_841(name):
     for letter, joint in machine["joints"].items():
         expected = [0, 0, 0]
         expected[letters[letter]] = -1 if joint["child"] in carries_work else 1
+        if (name, letter) == ("nutating_head", "B"):
+            expected = [0, 1, 1]
         assert joint["axis"] == expected
 
 
@@ -103,6 +105,7 @@ def test_reference_and_start_lie_within_the_travel(name):
     [
         ("table_tilt", [0, 0], True),
         ("head_tilt", [0, 0], True),
+        ("nutating_head", [0, 0], True),
         ("table_head", [20, -15], False),
     ],
 )
@@ -132,6 +135,15 @@ def test_the_cradle_of_table_tilt_swings_clear_of_saddle_and_bulkhead():
     bulkhead = shells["Y"][3].reshape(-1, 3)
     wall = bulkhead[bulkhead[:, 2] == bulkhead[:, 2].max()][:, 1].min() - axis[1]
     assert reach + 5 < min(floor, wall)
+
+
+def test_the_nutating_spindle_stays_on_its_side_of_the_leaning_bearing():
+    """Whatever B is, carrier and spindle are parted by the plane of the bearing."""
+    shells = load_builder().nutating_head()
+    joint = read_yaml("nutating_head")["joints"]["B"]
+    for link, side in (("B", -1), ("C", 1)):
+        height = (np.concatenate(shells[link]).reshape(-1, 3) - joint["point"]) @ joint["axis"]
+        assert (side * height).min() > 2.0
 
 
 def test_the_build_writes_the_committed_bytes_again(tmp_path):

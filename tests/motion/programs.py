@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,16 @@ def axes_machine(**travel: tuple[float, float]) -> Machine:
     return machine(joints, {}, [])
 
 
+def limited_machine(time: str, a: float = 5000.0, j: float = 5e4, **travel: Any) -> Machine:
+    """The same with limits of acceleration and jerk: a and j of the slides, a fifth when rotary."""
+    plain = axes_machine(**travel)
+    joints = tuple(
+        replace(q, max_acceleration=a / 5 if q.rotary else a, max_jerk=j / 5 if q.rotary else j)
+        for q in plain.joints
+    )
+    return replace(plain, joints=joints, time=time)
+
+
 def program(rows: Sequence[dict[str, Any]], start: ArrayLike = (0.0,) * 6) -> CanonicalProgram:
     """One row per command; `to` lacking at the end means: where it was. Lines count from 1."""
     n, position = len(rows), np.array(start, np.float64)
@@ -38,6 +49,8 @@ def program(rows: Sequence[dict[str, Any]], start: ArrayLike = (0.0,) * 6) -> Ca
         if row["kind"] <= Kind.ARC:
             position = np.concatenate([target, position[len(target) :]])
             to[i] = position
+        elif row["kind"] == Kind.TOOL_OFFSET:
+            to[i, : len(target)] = target
         aux[i] = row.get("aux", 0)
         if row["kind"] == Kind.ARC:
             aux[i] = len(arcs)
@@ -45,7 +58,7 @@ def program(rows: Sequence[dict[str, Any]], start: ArrayLike = (0.0,) * 6) -> Ca
     return CanonicalProgram(
         kind=np.array([row["kind"] for row in rows], np.uint8),
         line=np.arange(1, n + 1, dtype=np.int32),
-        frame=np.zeros(n, np.uint8),
+        frame=np.array([row.get("frame", 0) for row in rows], np.uint8),
         to=to,
         f=np.array([row.get("f", 0.0) for row in rows], np.float64),
         feed_mode=np.array([row.get("mode", FeedMode.PER_MINUTE) for row in rows], np.uint8),

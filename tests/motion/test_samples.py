@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.motion.path import Path, ToolChange
-from gcodesim.motion.samples import sample_count, sample_of, tool_spans, window, windows
+from gcodesim.motion.samples import (
+    sample_count,
+    sample_of,
+    tool_spans,
+    tool_times,
+    window,
+    windows,
+)
 from gcodesim.nc.program import Kind
 
 PERIOD_PS = 1_000_000_000
@@ -110,3 +117,17 @@ def test_a_dwell_at_the_start_is_looked_at_when_it_begins_and_ends() -> None:
 )
 def test_sample_of_a_time_is_the_ceiling(time_ps: int, sample: int) -> None:
     assert sample_of(time_ps, DEFAULT_PERIOD_PS) == sample
+
+
+def test_program_time_is_shared_out_to_the_tools() -> None:
+    move = {"kind": Kind.FEED, "f": 6_000}
+    p = planned(
+        {**move, "to": (1,)},
+        {"kind": Kind.TOOL, "aux": 7},
+        {**move, "to": (3,)},
+        {"kind": Kind.TOOL, "aux": 2},
+        {"kind": Kind.TOOL, "aux": 7},
+        {**move, "to": (7,)},
+    )
+    assert p.duration_s == 0.07
+    assert tool_times(p) == ((None, 0.01), (7, 0.06))

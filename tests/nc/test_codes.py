@@ -64,6 +64,7 @@ def test_codes_run_in_the_order_of_the_language():
             "G68",
             "G68.2",
             "G68.3",
+            "G68.4",
             "G92",
             "G268",
         )

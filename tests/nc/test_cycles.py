@@ -105,3 +105,14 @@ def test_rigid_tapping_turns_the_spindle_itself(control):
 def test_the_back_off_is_the_control_s_own(control):
     meaning = interpret(HEAD + "G73 X10 Z-3 R2 Q4\nG80\nM30", control(peck_backoff=0.5))
     assert path(meaning)[2:4] == ["F 10 0 -2", "R 10 0 -1.5"]
+
+
+@pytest.mark.parametrize(
+    ("way", "aside"), [("+X", "11 0"), ("-X", "9 0"), ("+Y", "10 1"), ("-Y", "10 -1")]
+)
+def test_boring_tools_leave_the_wall_as_the_machine_file_says(way, aside, control):
+    meaning = interpret(HEAD + "G99 G76 X10 Z-3 R2 Q1\nG80\nM30", control(bore_shift=way))
+    wanted = ["F 10 0 -3", f"R {aside} -3", f"R {aside} 2", "R 10 0 2"]
+    assert path(meaning)[2:] == wanted
+    meaning = interpret(HEAD + "G98 G87 X10 Z-5 R-9 Q1\nG80\nM30", control(bore_shift=way))
+    assert path(meaning)[1:3] == [f"R {aside} 20", f"R {aside} -9"]

@@ -192,3 +192,28 @@ def test_nothing_outside_the_folder_of_the_program_is_read(tmp_path, control):
         main.write_text(f"o<{name}> call\nM2\n")
         meaning = interpret(main.read_text(), control("linuxcnc"), str(main))
         assert [f.meaning for f in meaning.findings] == ["subprogram_not_found"]
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("G0 X1\nM98 P77", True),
+        ("G0 X1\nM98 P20077", True),
+        ("G0 X1\nG65 P77 A1", True),
+        ("G0 X1\nM98 P9\nG0 X2\nM98 P77\nM30\nO9\nM99", True),
+        ("G0 X1\nGOTO5\nM98 P77\nN5", False),
+        ("G0 X1\nIF[1EQ2]THEN#1=1\nM98 P77", False),
+        ("G0 X1\nM98 P#1", False),
+        ("G0 X1\n/M98 P77", False),
+        ("G0 X1\n(M98 P77)\nX2", False),
+        ("G0 X1\nM30\nM98 P77", False),
+    ],
+)
+def test_a_call_that_is_sure_to_fail_is_found_before_anything_moves(text, found, control):
+    meaning = interpret(text, control())
+    moved = (meaning.program.kind == Kind.RAPID).any()
+    assert moved != found
+    if found:
+        (finding,) = meaning.findings
+        line = next(i for i, block in enumerate(text.split("\n"), 1) if "77" in block)
+        assert (finding.meaning, finding.line) == ("subprogram_not_found", line)

@@ -4,6 +4,8 @@ import re
 from pathlib import Path
 
 import pytest
+from nc.table_tilt import MEANINGS as FIVE_AXIS
+from nc.table_tilt import RAISED
 
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.interpreter import interpret
@@ -59,7 +61,8 @@ def test_bad_program_earns_its_finding(path, control):
 
 
 def test_every_meaning_has_a_bad_program_or_a_test_of_its_own():
-    # No table, few blocks, few axes: test_interpreter.py.
+    # No table, few blocks, few axes: test_interpreter.py; kinematics: test_five_axis.py.
     elsewhere = {"tool_without_shape", "max_blocks", "rotary_axes_missing"}
+    elsewhere |= {*FIVE_AXIS, *RAISED}
     seen = {EXPECTED.match(read_program(path))[1] for path in BAD}
     assert seen | elsewhere == set(MEANINGS)

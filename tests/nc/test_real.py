@@ -8,7 +8,7 @@ import pytest
 
 from gcodesim.nc.control import Control, ToolEntry, WorkOffset
 from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import Interpreter, interpret
+from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.program import Kind
 from gcodesim.nc.reader import read_program
 from gcodesim.nc.runs import Runs
@@ -53,11 +53,10 @@ def test_production_programs_are_followed_to_their_end(name, blocks):
     assert (meaning.program.kind == Kind.ARC).sum() > 500
 
 
-def test_plain_blocks_mean_what_the_general_way_makes_of_them(monkeypatch):
+def test_runs_mean_what_the_general_way_makes_of_them(monkeypatch):
     text = read_program(PROGRAM)[:200_000] + "\nG20 G91 N7 G1 X1 F2\nN8 C3\nG0 F5\nX1"
-    monkeypatch.setattr(Runs, "take", lambda self, source, index, most: 0)
     short = interpret(text, CONTROL).program
-    monkeypatch.setattr(Interpreter, "_run_plain", lambda self, block: False)
+    monkeypatch.setattr(Runs, "take", lambda self, source, index, most: 0)
     general = interpret(text, CONTROL).program
     for column in ("kind", "line", "to", "f", "feed_mode", "speed", "aux"):
         np.testing.assert_array_equal(getattr(short, column), getattr(general, column))

@@ -1,0 +1,283 @@
+"""Moves whose tool axis runs along a great circle: rotary joints by the inverse at every cut.
+
+Seen from the part the tool axis d(s) turns at the constant rate W from its first direction to its
+last. Between two cuts the joints are straight, as in tool_path.py, and two things deviate: the
+slides, because the true rotary joints are not linear in s, and the rotary joints themselves.
+
+Theorem. With |q_i'| <= w_i and |q_i''| <= b_i over a piece of length h no point of any link stands
+farther than h^2/8 (c R + sum_i b_i L_i) from where it would on the true curve, c R as in
+tool_path.py with these w and b, L_i how far links reach from the axis of joint i.
+
+Proof. The chord of q_i misses q_i by at most h^2/8 b_i, which moves a point by at most L_i times
+that; the slides by the theorem there. QED
+
+The rates. R(w1, q1) R(w2, q2) t = d; u = R(w1, q1) w2; sigma, tau, delta the angles of w1 to w2,
+w2 to t, w1 to d; phi the angle at w2; V = (w1 x u).d, |V| = sin(sigma) sin(tau) |sin(phi)|. From
+d' = q1' w1 x d + q2' u x d, |d'| = W, d'' = -W^2 d and u' = q1' w1 x u follow
+
+    q1' V = -d'.u,   q1'' V = W^2 cos(tau) - q1'^2 m - 2 q1' q2' n,   q2' V = d'.w1,
+    q2'' V = -W^2 cos(delta) - q2'^2 n,   m = cos(tau) - cos(sigma) cos(delta),
+    n = cos(sigma) cos(tau) - cos(delta)
+
+with |d'.u| <= W sin(tau) and |d'.w1| <= W sin(delta). delta changes at most by W per s; phi is a
+monotone function of it, so that |V| is least and |m|, |n| are largest at the ends of its range. QED
+At a pole V is 0 and nothing can be bounded: pieces that turn the tool axis by
+less than POLE_STEP are straight in the joints by definition, and take the time the joints need.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.constants import TCP_DEVIATION_MM
+from gcodesim.machine.model import Machine
+from gcodesim.machine.orientation import POLE
+from gcodesim.machine.tool_centre import ToolCentre
+from gcodesim.motion.tool_path import Array, Cut, TipMoves, curvature, cut_evenly
+
+POLE_STEP = 1.0e-7
+"""A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
+lever of 300 mm."""
+
+LIMIT_STEP = 1.0e-8
+"""Where a circle leaves a pole, its direction is asked this far from it [rad]."""
+
+SAME_DEG = 1.0e-6
+"""Rotary positions that differ by less are the same [deg]."""
+
+FREE_TRAVEL_MM = 10_000.0
+"""What a slide without limits counts as, for how far links reach."""
+
+
+@dataclass(frozen=True)
+class Circles:
+    """n moves whose tool axis runs along a great circle, not shorter nor longer than a half one.
+
+    Attributes:
+        tips: the moves.
+        centre: the kinematics, with two rotary joints.
+        first: tool axis at the start, shape (n, 3).
+        side: where it turns to, perpendicular to it, shape (n, 3).
+        angle: how far it turns [rad], shape (n,).
+        branch: which of the two solutions the joints follow, shape (n,).
+        start, end: the rotary joints [deg], shape (n, 2).
+    """
+
+    tips: TipMoves
+    centre: ToolCentre
+    first: Array
+    side: Array
+    angle: Array
+    branch: NDArray[np.intp]
+    start: Array
+    end: Array
+
+    def directions(self, move: NDArray[np.intp], s: Array) -> Array:
+        """Tool axis at fractions `s` of moves, shape (m, 3)."""
+        turn = (self.angle[move] * s)[:, None]
+        return np.asarray(np.cos(turn) * self.first[move] + np.sin(turn) * self.side[move])
+
+    def joints(self, move: NDArray[np.intp], s: Array) -> Array:
+        """Rotary joints within +-180 [deg] on the moves' own branch, shape (m, 2).
+
+        At a pole the free joint is what it is just beside it.
+        """
+        directions = self.directions(move, s)
+        at_pole = np.flatnonzero(self.centre.rotary.pole_angles(directions) < POLE)
+        beside = np.where(s[at_pole] < 0.5, 1.0, -1.0) * LIMIT_STEP / self.angle[move[at_pole]]
+        directions[at_pole] = self.directions(move[at_pole], s[at_pole] + beside)
+        both, _ = self.centre.rotary.solutions(directions)
+        return np.asarray(both[np.arange(len(move)), self.branch[move]])
+
+
+def circles_of(tips: TipMoves, centre: ToolCentre) -> tuple[NDArray[np.intp], Circles]:
+    """The moves along great circles that can stay on one solution, and their circles."""
+    solver = centre.rotary
+    which = np.flatnonzero(tips.great & tips.turns(centre))
+    columns = [step.column for step in centre.chain if step.joint.rotary]
+    start, end = tips.start[which][:, columns], tips.end[which][:, columns]
+    first, last = solver.directions(start), solver.directions(end)
+    normal = np.cross(first, last)
+    angle = np.arctan2(np.linalg.norm(normal, axis=1), np.sum(first * last, axis=1))
+    side = np.cross(normal, first)
+    length = np.linalg.norm(side, axis=1)
+    side = side / np.where(length > 0.0, length, 1.0)[:, None]
+    signs = np.sign(np.stack([solver.tilts(start), solver.tilts(end)]))
+    signs[np.abs([solver.tilts(start), solver.tilts(end)]) < SAME_DEG] = 0.0
+    whole = (angle > POLE_STEP) & (angle < np.pi - POLE_STEP) & (signs[0] * signs[1] >= 0.0)
+    branch = (signs.sum(axis=0) < 0.0).astype(np.intp)
+    kept = np.flatnonzero(whole)
+    circles = Circles(
+        tips.taken(which[kept]), centre, first[kept], side[kept], angle[kept], branch[kept],
+        start[kept], end[kept],
+    )  # fmt: skip
+    return which[kept], circles
+
+
+def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
+    """Cut all moves: evenly where the rotary joints run linearly, else along the great circle.
+
+    A circle that the joints cannot follow without a jump away from a pole is run as if linear.
+
+    Args:
+        tips: the moves.
+        centre: the kinematics.
+        reach: how far links reach from each rotary joint, see `levers`.
+    """
+    every = np.arange(len(tips.row))
+    if not tips.great.any() or len(centre.rotary.joints) < 2:
+        return cut_evenly(tips, every, centre)
+    which, circles = circles_of(tips, centre)
+    round_cut = cut_circles(which, circles, reach)
+    even = cut_evenly(tips, np.setdiff1d(every, round_cut.move), centre)
+    moves = np.concatenate([even.move, round_cut.move])
+    knots = np.zeros((len(moves), 6))
+    knots[even.inner] = even.knots
+    knots[len(even.move) + round_cut.inner] = round_cut.knots
+    order = np.argsort(moves, kind="stable")
+    share = np.concatenate([even.share, round_cut.share])[order]
+    cut = Cut(moves[order], share, knots, max(even.deviation, round_cut.deviation))
+    return Cut(cut.move, cut.share, knots[order][cut.inner], cut.deviation)
+
+
+def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
+    """Cut the circles that the joints can follow; `which` are their numbers among all moves."""
+    move, ends, deviation = halved(circles, reach)
+    # Positions of a move: where it starts, where its circle does, the ends of its pieces, where it
+    # ends. The circle starts or ends elsewhere where a joint has to turn on the spot, at a pole.
+    count = np.bincount(move, minlength=len(which)) + 3
+    owner = np.repeat(np.arange(len(which)), count)
+    begin = np.cumsum(count) - count
+    final = begin + count - 1
+    inside = np.ones(len(owner), bool)
+    inside[begin] = inside[final] = False
+    s = np.zeros(len(owner))
+    s[final] = 1.0
+    on_circle = inside.copy()
+    on_circle[begin + 1] = False
+    s[on_circle] = ends
+    joints = np.empty((len(owner), 2))
+    joints[begin], joints[final] = circles.start, circles.end
+    joints[inside] = _unwound(circles, owner[inside], s[inside])
+
+    kept = np.ones(len(owner), bool)
+    fits = np.ones(len(which), bool)
+    poles = circles.centre.rotary.pole_angles
+    for there, here in ((begin, begin + 1), (final, final - 1)):
+        spot = np.abs(joints[there] - joints[here]) > SAME_DEG
+        at_pole = poles(circles.directions(owner[there], s[there])) < POLE
+        fits &= ~spot.any(axis=1) | (at_pole & ~spot[:, 1])
+        kept[here] = spot.any(axis=1)
+    kept &= fits[owner]
+    ended = kept.copy()
+    ended[begin] = False
+    points = circles.tips.at(owner, s)
+    columns = [step.column for step in circles.centre.chain if step.joint.rotary]
+    points[:, columns] = joints
+    share = np.diff(s[kept], prepend=0.0)[ended[kept]]
+    return Cut(which[owner[ended]], share, points[kept & inside], deviation)
+
+
+def _unwound(circles: Circles, move: NDArray[np.intp], s: Array) -> Array:
+    """Joints without jumps along each move, shape (m, 2) [deg], beginning near where it starts."""
+    raw = circles.joints(move, s)
+    is_first = np.diff(move, prepend=-1) > 0
+    step = np.diff(raw, axis=0, prepend=raw[:1])
+    step -= 360.0 * np.rint(step / 360.0)
+    anchor = raw[is_first]
+    anchor = anchor + 360.0 * np.rint((circles.start - anchor) / 360.0)
+    way = np.cumsum(step, axis=0)
+    return np.asarray(way - way[is_first][move] + anchor[move])
+
+
+def halved(
+    circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM
+) -> tuple[NDArray[np.intp], Array, float]:
+    """Halve circles until every piece is within the tolerance or turns less than POLE_STEP.
+
+    Returns:
+        The move and the end of every piece, in the order of execution, shape (m,) each; and the
+        largest bound of those that have one.
+    """
+    move = np.arange(len(circles.angle))
+    start, length = np.zeros(len(move)), np.ones(len(move))
+    moves, ends, deviation = [move[:0]], [start[:0]], 0.0
+    while len(move):
+        bound = length**2 / 8.0 * _bend(circles, move, start, length, reach)
+        fine = bound <= tolerance
+        done = fine | (circles.angle[move] * length < POLE_STEP)
+        deviation = max(deviation, float(np.max(bound[fine], initial=0.0)))
+        moves.append(move[done])
+        ends.append(start[done] + length[done])
+        half = 0.5 * length[~done]
+        start = np.concatenate([start[~done], start[~done] + half])
+        move, length = np.tile(move[~done], 2), np.tile(half, 2)
+    move, end = np.concatenate(moves), np.concatenate(ends)
+    order = np.lexsort((end, move))
+    return move[order], end[order], deviation
+
+
+def _bend(
+    circles: Circles, move: NDArray[np.intp], start: Array, length: Array, reach: Array
+) -> Array:
+    """The bound c R + sum b L of the theorem on a piece of each move, shape (m,); inf at a pole."""
+    solver, turn = circles.centre.rotary, circles.angle[move]
+    sigma, tau = solver.shape
+    middle = solver.first_angles(circles.directions(move, start + 0.5 * length))
+    half = 0.5 * turn * length
+    ends = np.clip([middle - half, middle + half], 0.0, np.pi)
+    cosines = np.cos(ends)
+    tilts = [solver.second_angles(delta)[0] for delta in ends]
+    volume = np.sin(sigma) * np.sin(tau) * np.abs(np.sin(tilts)).min(axis=0)
+    across = np.where((ends < np.pi / 2.0).all(axis=0) | (ends > np.pi / 2.0).all(axis=0), 0.0, 1.0)
+    across = np.maximum(across, np.sin(ends).max(axis=0))
+    m = np.abs(np.cos(tau) - np.cos(sigma) * cosines).max(axis=0)
+    n = np.abs(np.cos(sigma) * np.cos(tau) - cosines).max(axis=0)
+    along = np.abs(cosines).max(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        w1, w2 = turn * np.sin(tau) / volume, turn * across / volume
+        b1 = (turn**2 * np.abs(np.cos(tau)) + w1**2 * m + 2.0 * w1 * w2 * n) / volume
+        b2 = (turn**2 * along + w2**2 * n) / volume
+    known = np.flatnonzero(volume > 0.0)
+    found = np.full(len(move), np.inf)
+    rates, bends = np.zeros((len(known), 3)), np.zeros((len(known), 3))
+    columns = [step.column - 3 for step in circles.centre.chain if step.joint.rotary]
+    rates[:, columns] = np.stack([w1, w2], axis=1)[known]
+    bends[:, columns] = np.stack([b1, b2], axis=1)[known]
+    found[known] = curvature(circles.tips.taken(move[known]), circles.centre, rates, bends)
+    found[known] += bends[:, columns] @ reach
+    return found
+
+
+def levers(machine: Machine, centre: ToolCentre) -> Array:
+    """How far links and tools reach from the axis of each rotary joint, shape (k,) [mm]."""
+    return np.array([_lever(machine, j.child, j.point) for j in centre.rotary.joints])
+
+
+def _lever(machine: Machine, link: str, point: Array) -> float:
+    """How far what a link carries may be from a point that stands still on it [mm].
+
+    Joints behind it turn about their own points, slides add their travel.
+    """
+    parts = [part for body in machine.bodies.values() if body.link == link for part in body.parts]
+    vertices = [part.triangles.reshape(-1, 3) - point for part in parts]
+    far = max((float(np.linalg.norm(v, axis=1).max(initial=0.0)) for v in vertices), default=0.0)
+    if machine.tool and machine.tool.link == link:
+        arm = float(np.linalg.norm(machine.tool.gauge_point - point))
+        tools = [part for tool in (machine.tools or {}).values() for part in tool.parts]
+        sizes = [np.linalg.norm(part.triangles, axis=2).max(initial=0.0) for part in tools]
+        far = max(far, arm + float(max(sizes, default=0.0)))
+    for joint in machine.joints:
+        if joint.parent != link:
+            continue
+        if joint.rotary:
+            arm = float(np.linalg.norm(joint.point - point))
+            far = max(far, arm + _lever(machine, joint.child, joint.point))
+        else:
+            travel = max(abs(joint.lower), abs(joint.upper))
+            travel = travel if np.isfinite(travel) else FREE_TRAVEL_MM
+            far = max(far, travel + _lever(machine, joint.child, point))
+    return far

@@ -1,0 +1,168 @@
+"""Ramps between two speeds in closed form, at limited acceleration and jerk.
+
+With jerk j and acceleration a a ramp from speed u to w begins and ends without acceleration: it
+eases in over a/j, holds a, and eases out; a small one, |w - u| < a^2/j, eases in and out only. It
+takes |w - u|/a + a/j, or 2 sqrt(|w - u|/j), and its mean speed is (u + w)/2. Without a limit of
+jerk (j infinite) the acceleration is held throughout.
+
+Everything is written so that no difference of nearly equal numbers decides a time: a phase is
+known by its two end speeds, their weighted mean is its mean speed, and a way divided by it its
+time. So v^2/(a d) may be anything: 2 d/(u + w), not (w - u)/a.
+"""
+
+from __future__ import annotations
+
+from math import asinh, cbrt, inf, isinf, sinh, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+EASE_IN, HOLD, EASE_OUT = 0, 1, 2
+"""Shapes of a phase: the acceleration grows from 0, keeps its value (or is 0), falls to 0."""
+
+BISECTIONS = 45
+"""Halvings that find the top speed of a move too short to reach its feed, to 3e-14 of that."""
+
+
+CHUNK = 1 << 14
+"""Moves looked at together: their arrays stay in the cache of a core."""
+
+
+class Phases(NamedTuple):
+    """Phases of n moves, (n, k) each: shape, speeds at both ends [mm/s], length [mm], time [s]."""
+
+    shape: NDArray[np.int8]
+    u: Floats
+    w: Floats
+    length: Floats
+    seconds: Floats
+
+
+def reachable_speed(u: float, length: float, a: float, j: float) -> float:
+    """The largest speed at the end of a ramp of this length that begins at speed u."""
+    if isinf(j):
+        return sqrt(u * u + 2.0 * a * length)
+    gain = a * a / j
+    # Without holding a: rise = x^2 with x^3 + 2 u x = length sqrt(j), which only grows in x.
+    half = length * sqrt(j)
+    third = sqrt(u * (2.0 / 3.0))
+    steep = half / (2.0 * third**3) if third > 0.0 else inf
+    x = 2.0 * third * sinh(asinh(steep) / 3.0) if steep < inf else cbrt(half)
+    x -= (x * (x * x + 2.0 * u) - half) / (3.0 * x * x + 2.0 * u) if x > 0.0 else 0.0
+    if x * x <= gain:
+        return u + x * x
+    # Holding a: rise^2 + (2 u + gain) rise = 2 (a length - u gain).
+    b = 2.0 * u + gain
+    c = 4.0 * (a * length - u * gain)
+    return u + max(c / (b + sqrt((2.0 * u - gain) ** 2 + 8.0 * a * length)), gain)
+
+
+def ramp_time(u: Floats, w: Floats, a: Floats, j: Floats) -> Floats:
+    """Time of a ramp from speed u to w [s]."""
+    rise = np.abs(w - u)
+    return np.where(rise > a * a / j, rise / a + a / j, 2.0 * np.sqrt(rise / j))
+
+
+def top_speed(u: Floats, w: Floats, cap: Floats, length: Floats, a: Floats, j: Floats) -> Floats:
+    """Largest speed within a move from speed u to w, at most `cap`."""
+    most = np.maximum(u, w)
+    if np.isinf(j).all():
+        mean = 0.5 * (u * u + w * w)
+        return np.clip(np.sqrt(mean + a * length), most, np.maximum(cap, most))
+    top = np.maximum(cap, most)
+    short = np.flatnonzero(_ramps(u, top, w, a, j) > length)
+    for first in range(0, len(short), CHUNK):
+        at = short[first : first + CHUNK]
+        ends = u[at], w[at], a[at], j[at]
+        low, high = most[at], top[at]
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            fits = _ramps(ends[0], middle, *ends[1:]) <= length[at]
+            low, high = np.where(fits, middle, low), np.where(fits, high, middle)
+        top[at] = low
+    return top
+
+
+def _ramps(u: Floats, top: Floats, w: Floats, a: Floats, j: Floats) -> Floats:
+    """Way of the ramps from speed u to the top speed and from there to w."""
+    up = 0.5 * (u + top) * ramp_time(u, top, a, j)
+    return up + 0.5 * (w + top) * ramp_time(top, w, a, j)
+
+
+def phases(u: Floats, w: Floats, cap: Floats, length: Floats, a: Floats, j: Floats) -> Phases:
+    """The phases of moves from speed u to w [mm/s], as fast as they may: 3, or 7 with jerk.
+
+    Args:
+        u: speeds at the start.
+        w: speeds at the end, reachable from u.
+        cap: largest speed allowed.
+        length: [mm], above 0.
+        a: limits of acceleration along the way.
+        j: limits of jerk along the way, infinite everywhere or nowhere.
+    """
+    top = top_speed(u, w, cap, length, a, j)
+    if np.isinf(j).all():
+        return _held(u, w, top, length, a)
+    shape, speed, seconds = [], [u], []
+    for first, last in ((u, top), (top, w)):
+        rise = np.abs(last - first)
+        eased = np.minimum(rise, a * a / j)
+        step = 0.5 * eased * np.sign(last - first)
+        ease = np.sqrt(eased / j)
+        shape += [EASE_IN, HOLD, EASE_OUT]
+        seconds += [ease, np.maximum(rise - eased, 0.0) / a, ease]
+        speed += [first + step, last - step, last]
+        if last is top:
+            shape.append(HOLD)
+            seconds.append(np.zeros_like(u))
+            speed.append(top)
+    begins, ends = np.stack(speed[:-1], axis=1), np.stack(speed[1:], axis=1)
+    shapes = np.broadcast_to(np.array(shape, np.int8), begins.shape)
+    time = np.stack(seconds, axis=1)
+    way = time * mean_speed(shapes, begins, ends)
+    return _filled(Phases(shapes, begins, ends, way, time), 3, top, length)
+
+
+def _held(u: Floats, w: Floats, top: Floats, length: Floats, a: Floats) -> Phases:
+    """Speed up, keep the top speed, slow down."""
+    up = np.clip((top - u) * (top + u) / (2.0 * a), 0.0, length)
+    down = np.clip((top - w) * (top + w) / (2.0 * a), 0.0, length - up)
+    begins, ends = np.stack([u, top, top], axis=1), np.stack([top, top, w], axis=1)
+    way = np.stack([up, np.zeros_like(u), down], axis=1)
+    sums = begins + ends
+    time = np.divide(2.0 * way, sums, out=np.zeros_like(way), where=way > 0.0)
+    shapes = np.full(begins.shape, HOLD, np.int8)
+    return _filled(Phases(shapes, begins, ends, way, time), 1, top, length)
+
+
+def _filled(ramps: Phases, cruise: int, top: Floats, length: Floats) -> Phases:
+    """The phases with what is left of the length run at top speed, in column `cruise`."""
+    total = ramps.length.sum(axis=1)
+    # Ramps longer than the move by a rounding are shortened alike.
+    fit = np.minimum(1.0, length / np.where(total > 0.0, total, length))[:, None]
+    way, time = ramps.length * fit, ramps.seconds * fit
+    way[:, cruise] = np.maximum(length - way.sum(axis=1), 0.0)
+    time[:, cruise] = way[:, cruise] / top
+    return ramps._replace(length=way, seconds=time)
+
+
+def mean_speed(shape: NDArray[np.int8], u: Floats, w: Floats) -> Floats:
+    """Mean speed of phases: their end speeds weighted by shape."""
+    weight = np.choose(shape, [2.0 / 3.0, 0.5, 1.0 / 3.0])
+    return np.asarray(weight * u + (1.0 - weight) * w)
+
+
+def time_law(shape: NDArray[np.int8], u: Floats, w: Floats) -> Floats:
+    """Coefficients (c1, c2, c3) of phases, shape (n, 3); see Ways.law.
+
+    Eased in the speed runs as u + (w - u) tau^2, held as u + (w - u) tau, eased out as
+    w + (u - w) (1 - tau)^2: the integral is divided by the mean, so that the sum is 1.
+    """
+    mean = mean_speed(shape, u, w)
+    c1 = np.divide(u, mean, out=np.ones_like(mean), where=mean > 0.0)
+    rest = 1.0 - c1
+    c3 = np.choose(shape, [rest, 0.0 * rest, -0.5 * rest])
+    return np.stack([c1, rest - c3, c3], axis=1)

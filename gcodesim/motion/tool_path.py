@@ -1,0 +1,243 @@
+"""Moves of the tool's tip, cut into pieces straight in the joints, with a proved deviation.
+
+The tip runs straight or along an arc in the part while the rotary joints run linearly in the same
+parameter s, 0 to 1 over the block (great_circle.py: as the tool axis asks). The slides l(s) then
+follow a curve, which is cut into N pieces that are straight in all joints and exact at their ends.
+
+Theorem. Let the slides be the columns of a constant matrix J (they stand together in the chain of
+tool_centre.py), so that J l(s) = r(s) = P(s) x(s) - T(s) z: x the tip in the part, P the turns of
+the joints that carry the work, z the tip at the zero pose, T the turns of those that carry the
+tool. Between the ends of a piece of length h = 1/N no point of any link stands farther than
+
+    d = h^2/8 * c * R    from where it would on the true curve at the same s,
+
+R the largest |r''| of the block; c = 1 for slides at right angles, else sqrt(3) |J^-1|.
+
+Proof. The rotary joints are the same on both. For any fixed unit vector n the chord of n.r misses
+n.r by at most h^2/8 max|n.r''|, hence |dr| <= h^2/8 R and |dl| <= |J^-1| |dr|. A link is moved by
+the slides between it and the base, each in a direction of length 1 that the joints before it turn
+rigidly: by at most sum |dl_i| <= sqrt(3) |dl|, and for slides at right angles by a part of the
+orthogonal sum J dl, so by at most |dr|. The same holds between any two links, since every slide
+counts once. QED
+
+R (numerics.md 3.4). Let y(s) be a point with |y'| <= d1, |y''| <= d2 that stays within rho of the
+axis of a joint turning at the rate w [rad], |w'| <= b. Turned by it, it has |.'| <= d1 + rho w and
+|.''| <= d2 + 2 w d1 + rho (w^2 + b). Applied from the tip outwards, on both sides of the slides,
+and added. The distance of x to an axis is convex in x: on a straight line it is largest at an end,
+on an arc not larger than at the ends of the centre's way plus the radius. Behind the first joint
+the distance to the second is at most that to a point c of the first axis, which the turn keeps,
+plus the distance from c to the second axis. QED
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.constants import TCP_DEVIATION_MM
+from gcodesim.machine.kinematics import cross_matrix
+from gcodesim.machine.tool_centre import Step, ToolCentre
+from gcodesim.motion.path import arc_displacement
+
+Array = NDArray[np.float64]
+
+CHUNK = 16_384
+"""Points solved at once: their arrays stay in the cache."""
+
+RIGHT_ANGLE = 1.0e-12
+"""Slides whose directions have cosines below this stand at right angles."""
+
+
+@dataclass(frozen=True)
+class TipMoves:
+    """n moves of the tip, in the order of execution.
+
+    Attributes:
+        row: their commands, shape (n,).
+        start, end: tip [mm] and A B C [deg] in the frame of the part, shape (n, 6).
+        offset: tool offset in force [mm], shape (n, 3).
+        arc: row in arcs, -1 for a straight move, shape (n,).
+        arcs: rows of ARC_PIECE, in the frame of the part.
+        great: the tool axis runs along the great circle between its directions, shape (n,).
+    """
+
+    row: NDArray[np.intp]
+    start: Array
+    end: Array
+    offset: Array
+    arc: NDArray[np.int32]
+    arcs: NDArray[np.void]
+    great: NDArray[np.bool_]
+
+    def taken(self, index: NDArray[np.intp]) -> TipMoves:
+        """The moves `index`."""
+        return TipMoves(
+            self.row[index],
+            self.start[index],
+            self.end[index],
+            self.offset[index],
+            self.arc[index],
+            self.arcs,
+            self.great[index],
+        )
+
+    def turns(self, centre: ToolCentre) -> NDArray[np.bool_]:
+        """Whether a rotary joint between part and tool moves, shape (n,)."""
+        columns = [step.column for step in centre.chain if step.joint.rotary]
+        return np.asarray((self.start[:, columns] != self.end[:, columns]).any(axis=1))
+
+    def at(self, move: NDArray[np.intp], s: Array) -> Array:
+        """Tip and A B C, these running linearly, at fractions `s` of moves, shape (m, 6)."""
+        start = self.start[move]
+        points = start + s[:, None] * (self.end[move] - start)
+        on_arc = np.flatnonzero(self.arc[move] >= 0)
+        arcs = self.arcs[self.arc[move[on_arc]]]
+        points[on_arc, :3] = start[on_arc, :3] + arc_displacement(arcs, s[on_arc])
+        return points
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Pieces of tip moves: m pieces in the order of execution.
+
+    Attributes:
+        move: which of the tip moves, shape (m,).
+        share: part of the time of the move, shape (m,).
+        knots: tip and A B C at the start of every piece that is not the first of its move, (k, 6).
+        deviation: proved bound on the distance from the true path [mm].
+    """
+
+    move: NDArray[np.intp]
+    share: Array
+    knots: Array
+    deviation: float
+
+    @property
+    def inner(self) -> NDArray[np.intp]:
+        """The pieces that are not the first of their move, shape (k,)."""
+        return np.flatnonzero(np.diff(self.move, prepend=-1) == 0)
+
+
+def cut_evenly(
+    tips: TipMoves, which: NDArray[np.intp], centre: ToolCentre, tolerance: float = TCP_DEVIATION_MM
+) -> Cut:
+    """Cut the moves `which` into equal pieces, as many as the theorem asks for `tolerance`."""
+    chosen = tips.taken(which)
+    still = np.zeros((len(which), 3))
+    rates = np.abs(np.radians(chosen.end[:, 3:] - chosen.start[:, 3:]))
+    exact = ~chosen.turns(centre) & ((chosen.arc < 0) | at_right_angles(centre))
+    bound = np.where(exact, 0.0, curvature(chosen, centre, rates, still))
+    count = np.maximum(np.ceil(np.sqrt(bound / (8.0 * tolerance))), 1.0).astype(np.intp)
+    move = np.repeat(np.arange(len(count)), count)
+    number = np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)
+    inner = np.flatnonzero(number > 0)
+    knots = chosen.at(move[inner], number[inner] / count[move[inner]])
+    deviation = float(np.max(bound / (8.0 * count * count), initial=0.0))
+    return Cut(which[move], 1.0 / count[move], knots, deviation)
+
+
+def solved_axes(centre: ToolCentre, points: Array, offset: Array) -> Array:
+    """Axis positions (n, 6) for tips and A B C (n, 6) with tool offsets (n, 3)."""
+    axes = np.empty_like(points)
+    for first in range(0, len(points), CHUNK):
+        part = slice(first, first + CHUNK)
+        axes[part] = centre.axes_at(points[part, :3], points[part, 3:], offset[part])
+    return axes
+
+
+def curvature(tips: TipMoves, centre: ToolCentre, rates: Array, bends: Array) -> Array:
+    """The bound c R of the theorem for every move, shape (n,) [mm].
+
+    Args:
+        tips: the moves.
+        centre: the kinematics.
+        rates: bounds on |dA/ds|, |dB/ds|, |dC/ds| [rad], shape (n, 3).
+        bends: the same for the second derivatives, which add rho w' each, shape (n, 3).
+    """
+    stretch = float(np.linalg.norm(centre.frame, 2))
+    ends = [tips.start[:, :3], tips.end[:, :3]]
+    speed = np.linalg.norm(ends[1] - ends[0], axis=1)
+    bend, radius = np.zeros(len(speed)), np.zeros(len(speed))
+    on_arc = np.flatnonzero(tips.arc >= 0)
+    if len(on_arc):
+        arcs = tips.arcs[tips.arc[on_arc]]
+        r, grown = np.maximum(arcs["r0"], arcs["r1"]), np.abs(arcs["r1"] - arcs["r0"])
+        sweep, lift = np.abs(np.radians(arcs["sweep"])), arcs["lift"]
+        ends = [end.copy() for end in ends]
+        ends[0][on_arc] -= arcs["r0"][:, None] * arcs["u"]
+        ends[1][on_arc] = ends[0][on_arc] + lift
+        speed[on_arc] = np.sqrt((r * sweep) ** 2 + grown**2 + np.sum(lift**2, axis=1))
+        bend[on_arc], radius[on_arc] = r * sweep**2 + 2.0 * grown * sweep, r
+    point = Bounded(
+        [end @ centre.frame.T + centre.gauge for end in ends],
+        radius * stretch,
+        speed * stretch,
+        bend * stretch,
+    )
+    still = np.zeros(len(speed))
+    held = Bounded([centre.gauge - tips.offset @ centre.frame.T], still, still, still)
+    outwards = tuple(reversed(centre.chain[centre.slides.stop :]))
+    total = _turned_bend(centre.chain[: centre.slides.start], point, rates, bends)
+    total = total + _turned_bend(outwards, held, rates, bends)
+    return np.asarray(slide_factor(centre) * total)
+
+
+def slide_factor(centre: ToolCentre) -> float:
+    """The factor c of the theorem: 1 for slides at right angles."""
+    if at_right_angles(centre):
+        return 1.0
+    return float(np.sqrt(3.0) * np.linalg.norm(np.linalg.inv(centre.frame), 2))
+
+
+def at_right_angles(centre: ToolCentre) -> bool:
+    """Whether the slides are orthogonal, so that lengths in the joints are lengths in space."""
+    return bool(np.abs(centre.frame.T @ centre.frame - np.eye(3)).max() < RIGHT_ANGLE)
+
+
+@dataclass(frozen=True)
+class Bounded:
+    """A moving point: within `radius` (n,) of the line between `ends`, each (n, 3), in the world.
+
+    `first` and `second` bound its derivatives, shape (n,).
+    """
+
+    ends: Sequence[Array]
+    radius: Array
+    first: Array
+    second: Array
+
+
+def _turned_bend(steps: Sequence[Step], point: Bounded, rates: Array, bends: Array) -> Array:
+    """Bound on the second derivative of a point behind rotary joints, the innermost first."""
+    first, second = point.first, point.second
+    for number, step in enumerate(steps):
+        if number == 0:
+            reach = point.radius + _largest(_from_axis(end, step) for end in point.ends)
+        else:
+            kept = _nearest_point(steps[0], step)
+            reach = point.radius + _from_axis(kept[None, :], step)
+            reach = reach + _largest(np.linalg.norm(end - kept, axis=1) for end in point.ends)
+        rate, bend = rates[:, step.column - 3], bends[:, step.column - 3]
+        second = second + 2.0 * rate * first + reach * (rate * rate + bend)
+        first = first + reach * rate
+    return second
+
+
+def _largest(values: Iterable[Array]) -> Array:
+    return np.asarray(np.max(np.stack(list(values)), axis=0), np.float64)
+
+
+def _from_axis(points: Array, step: Step) -> Array:
+    """Distances of points (n, 3) from the axis of a joint, (n,)."""
+    arms = (points - step.joint.point) @ cross_matrix(step.axis).T
+    return np.asarray(np.linalg.norm(arms, axis=1), np.float64)
+
+
+def _nearest_point(inner: Step, outer: Step) -> Array:
+    """The point of the inner axis nearest to the outer one, (3,)."""
+    across = np.cross(inner.axis, outer.axis)
+    away = np.cross(outer.joint.point - inner.joint.point, outer.axis)
+    return np.asarray(inner.joint.point + (away @ across) / (across @ across) * inner.axis)

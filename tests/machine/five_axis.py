@@ -1,0 +1,77 @@
+"""Five-axis machines of every type as plain data, without shapes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gcodesim.machine.model import Joint, Machine, ToolMount
+from gcodesim.machine.tool_centre import ToolCentre, tool_centre
+
+Array = NDArray[np.float64]
+SKEW = (0.0, math.sqrt(0.5), math.sqrt(0.5))
+GAUGE = (12.0, -35.0, 410.0)
+
+
+def joint(
+    name: str,
+    parent: str,
+    axis: ArrayLike,
+    point: ArrayLike = (0, 0, 0),
+    travel: tuple[float, float] = (-math.inf, math.inf),
+    rapid: float = 100.0,
+) -> Joint:
+    unit = np.asarray(axis, np.float64)
+    unit = unit / np.linalg.norm(unit)
+    where = np.asarray(point, np.float64)
+    return Joint(name, name in "ABC", parent, f"l{name}", unit, where, *travel, rapid)
+
+
+def machine(
+    work: str, tool: str, axes: dict[str, ArrayLike], points: dict[str, ArrayLike] | None = None
+) -> Machine:
+    """Branches as letters from the root: work "YXAC" and tool "Z"."""
+    joints = []
+    for branch in (work, tool):
+        parent = "bed"
+        for name in branch:
+            joints.append(joint(name, parent, axes[name], (points or {}).get(name, (0, 0, 0))))
+            parent = f"l{name}"
+    ends = [f"l{branch[-1]}" if branch else "bed" for branch in (work, tool)]
+    mount = ToolMount("cutter", ends[1], np.array(GAUGE), np.array([0.0, 0.0, 1.0]))
+    links = ("bed", *(j.child for j in joints))
+    return Machine(
+        "test", "", True, links, tuple(joints), {}, (), mount, None, ends[0], {}, {}, {}, "fanuc"
+    )
+
+
+def solved(m: Machine) -> ToolCentre:
+    centre = tool_centre(m)
+    assert centre is not None
+    assert not centre.refusal, centre.refusal
+    return centre
+
+
+HEAD_SLIDES = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}
+TABLE_SLIDES = {"X": (-1, 0, 0), "Y": (0, -1, 0), "Z": (0, 0, 1)}
+POINTS = {"A": (3, -6, 7), "B": (17, 2, 41), "C": (5, -7, 11)}
+ISO_AC = {**TABLE_SLIDES, "A": (-1, 0, 0), "C": (0, 0, -1)}
+TYPES = {
+    "AC table, ISO": ("YXAC", "Z", ISO_AC),
+    "AC table, both turned round": ("YXAC", "Z", {**TABLE_SLIDES, "A": (1, 0, 0), "C": (0, 0, 1)}),
+    "BC table, ISO": ("XBC", "YZ", {**HEAD_SLIDES, "X": (-1, 0, 0), "B": (0, -1, 0),
+                                    "C": (0, 0, -1)}),
+    "CB head": ("", "XZYCB", {**HEAD_SLIDES, "C": (0, 0, 1), "B": (0, 1, 0)}),
+    "B head, C table": ("XC", "YZB", {**HEAD_SLIDES, "X": (-1, 0, 0), "B": (0, 1, 0),
+                                      "C": (0, 0, -1)}),
+    "nutating table": ("YXBC", "Z", {**TABLE_SLIDES, "B": [-x for x in SKEW], "C": (0, 0, -1)}),
+    "nutating head": ("", "XYZCB", {**HEAD_SLIDES, "C": (0, 0, 1), "B": SKEW}),
+    "nutating head, C table": ("XC", "YZB", {**HEAD_SLIDES, "X": (-1, 0, 0), "C": (0, 0, -1),
+                                             "B": SKEW}),
+    "A table alone": ("XA", "YZ", {**HEAD_SLIDES, "X": (-1, 0, 0), "A": (-1, 0, 0)}),
+    "slide on the table": ("AX", "YZ", {**HEAD_SLIDES, "X": (-1, 0, 0), "A": (-1, 0, 0)}),
+    "quill in the head": ("", "XYBZ", {**HEAD_SLIDES, "B": (0, 1, 0)}),
+}  # fmt: skip
+"""Type -> branches of the work and the tool, and the directions of the joints."""
