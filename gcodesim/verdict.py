@@ -97,6 +97,7 @@ class LeftOut:
     bound_mm: float
     margin_mm: float
     saved_tests: int
+    triangles: int = 0
 
 
 @dataclass(frozen=True)

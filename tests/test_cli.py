@@ -222,3 +222,12 @@ def test_numbers_must_be_finite(option: str, value: str) -> None:
     """A clearance of nan would compare false everywhere and check nothing, in silence."""
     result = CliRunner().invoke(main, ["check", "x.nc", "--machine", "table_tilt", option, value])
     assert (result.exit_code, "expected a finite number" in result.output) == (2, True)
+
+
+@pytest.mark.parametrize("command", ["check", "canon"])
+def test_a_program_without_end_ends_at_the_limit(command: str, folder: Path) -> None:
+    (folder / "endless.nc").write_text("G0 X1\nWHILE[1EQ1]DO1\nX2\nX1\nEND1\nM30\n")
+    result = run(command, "--machine", "table_tilt", "--max-blocks", "50", "endless.nc")
+    assert result.exit_code == 3
+    assert ("limit of 50 blocks" in result.output) == (command == "check")
+    assert run(command, "--max-blocks", "0", "endless.nc").exit_code == 2

@@ -135,6 +135,26 @@ def test_tool_centre_point_control_decides(name, tmp_path):
     assert verdicts == {"pass", "fail"}
 
 
+@pytest.mark.parametrize("name", ["tilt_into_holder", "arc_into_trunnion"])
+@pytest.mark.parametrize("time", ["acceleration", "jerk"])
+def test_speed_profiles_move_the_contact_in_time_and_not_in_place(name, time):
+    path = SAMPLES / f"{name}.nc"
+    plain = check(path).first_contact
+    machine = load_machine("table_tilt")
+    joints = [replace(j, max_jerk=20 * j.max_acceleration) for j in machine.joints]
+    machine = replace(machine, joints=tuple(joints), time=time)
+    text = read_program(str(path))
+    found, twin = (
+        check_program(text, path.name, machine, Options(method=method)).first_contact
+        for method in ("search", "exhaustive")
+    )
+    assert (found.sample, found.pair, found.triangles) == (twin.sample, twin.pair, twin.triangles)
+    assert found.time_s > plain.time_s
+    assert (found.pair, found.line) == (plain.pair, plain.line)
+    for axis, position in plain.axes.items():
+        assert found.axes[axis] == pytest.approx(position, abs=0.02)  # what a sample moves
+
+
 @pytest.fixture(scope="module")
 def generator():
     path = SAMPLES / "make_five_axis.py"

@@ -134,16 +134,25 @@ def axis_distances(
 def _distances_turned(outer: Joint, axis: Floats, point: Floats, triangles: Floats) -> Floats:
     """The same when one rotary joint lies beyond: a full turn of it, in steps plus their chord."""
     farthest = np.zeros(len(triangles))
-    centred = triangles - outer.point
-    for angle in np.arange(SWEEP_STEPS) * (360.0 / SWEEP_STEPS):
-        turned = centred @ rotation(outer.axis, angle).T + outer.point
-        farthest = np.maximum(farthest, _from_axis(turned, axis, point).max(axis=1))
+    centred, across = triangles - outer.point, _across(axis)
+    angles = np.arange(SWEEP_STEPS) * (360.0 / SWEEP_STEPS)
+    for turn in rotation(outer.axis, angles):
+        flat = centred @ (turn.T @ across) + (outer.point - point) @ across
+        farthest = np.maximum(farthest, np.linalg.norm(flat, axis=-1).max(axis=1))
     radius = _from_axis(triangles, outer.axis, outer.point).max(axis=1)
     return farthest + 2.0 * radius * np.sin(np.pi / SWEEP_STEPS / 2.0)
 
 
 def _from_axis(points: Floats, axis: Floats, point: Floats) -> Floats:
-    return np.asarray(np.linalg.norm(np.cross(points - point, axis), axis=-1))
+    return np.asarray(np.linalg.norm((points - point) @ _across(axis), axis=-1))
+
+
+def _across(axis: Floats) -> Floats:
+    """Two unit vectors at right angles to a unit vector and to each other, shape (3, 2)."""
+    least = np.eye(3)[np.argmin(np.abs(axis))]
+    first = np.cross(axis, least)
+    first /= np.linalg.norm(first)
+    return np.stack([first, np.cross(axis, first)], axis=1)
 
 
 def piece_motion(

@@ -56,9 +56,15 @@ def find_containments(scene: Scene, relative: list[NDArray[np.float64]]) -> list
 
 def contains(outer: Part, inner: Part, pose: NDArray[np.float64]) -> bool | None:
     """Tell whether a shell of `inner`, moved by `pose`, lies inside `outer`; None = open mesh."""
-    points = shell_vertices(inner.triangles) @ pose[:3, :3].T + pose[:3, 3]
     low, high = outer.triangles.min(axis=(0, 1)), outer.triangles.max(axis=(0, 1))
-    near = points[np.all((points > low) & (points < high), axis=1)]
+
+    def in_box(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        posed = points @ pose[:3, :3].T + pose[:3, 3]
+        return posed[np.all((posed > low) & (posed < high), axis=1)]
+
+    if not len(in_box(inner.triangles.reshape(-1, 3))):
+        return False  # Most pairs stand apart: their shells need not be told from each other.
+    near = in_box(shell_vertices(inner.triangles))
     if len(near) and not outer.closed:
         return None
     return any(abs(winding_number(point, outer.triangles)) > 0.5 for point in near)

@@ -9,13 +9,12 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.bounds import common_frame, levers, travelled
+from gcodesim.collision.bounds import common_frame, levers
 from gcodesim.collision.closest import ForestArrays
 from gcodesim.collision.poses import ChainArrays, joints_between, step_arrays
 from gcodesim.collision.scene import Scene, Shape
 from gcodesim.collision.trees import Tree, build_tree
 from gcodesim.machine.model import Joint
-from gcodesim.motion.path import Path
 
 Ints = NDArray[np.int64]
 
@@ -35,9 +34,13 @@ class Forest:
     row: Any
 
 
-def build_forest(scene: Scene, joints: tuple[Joint, ...], path: Path) -> Forest:
-    """Build the trees of all shapes once, and the levers of each pair for what the path travels."""
-    moving = travelled(joints, path)
+def build_forest(scene: Scene, joints: tuple[Joint, ...]) -> Forest:
+    """Build the trees of all shapes once, and the levers of each pair.
+
+    Args:
+        scene: the pairs.
+        joints: with the travel of the program as their limits.
+    """
     shapes = list({id(s): s for pair in scene.shapes for s in pair}.values())
     trees = [build_tree(s.regions.triangles) for s in shapes]
     place = {id(s): i for i, s in enumerate(shapes)}
@@ -50,7 +53,7 @@ def build_forest(scene: Scene, joints: tuple[Joint, ...], path: Path) -> Forest:
             index = place[id(shape)]
             chains.append(chain)
             roots.append(int(node_at[index]))
-            blocks.append(levers(moving, chain, shape.regions.triangles, trees[index]))
+            blocks.append(levers(joints, chain, shape.regions.triangles, trees[index]))
     arrays = _tree_arrays(scene, shapes, trees, node_at)
     device = scene.device
     arrays.root = wp.array(np.array(roots), dtype=wp.int32, device=device)

@@ -33,6 +33,7 @@ class LeftOut:
         bound_mm: distance that had to be proved [mm].
         margin_mm: distance proved beyond it [mm]; 0 where no distance is involved.
         saved_tests: tests at samples that were not needed.
+        triangles: triangles of a body that were left out, it and its pairs staying.
     """
 
     what: str
@@ -40,6 +41,7 @@ class LeftOut:
     bound_mm: float = 0.0
     margin_mm: float = 0.0
     saved_tests: int = 0
+    triangles: int = 0
 
 
 def pairs_out_of_reach(
@@ -95,7 +97,8 @@ def without_far_triangles(
         if dropped:
             why = f"{dropped} of {counts.sum()} never come near another body"
             margin = float(spare[~keep[key]].min())
-            items.append(LeftOut(f"triangles of {shapes[key].body}", why, max(needed), margin))
+            name = f"triangles of {shapes[key].body}"
+            items.append(LeftOut(name, why, max(needed), margin, triangles=dropped))
     return restricted(scene, keep), items
 
 

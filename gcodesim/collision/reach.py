@@ -66,13 +66,10 @@ def _turned(boxes: Boxes, joint: Joint, ends: NDArray[np.float64]) -> Boxes:
     half = (boxes[:, 1] - boxes[:, 0]) / 2.0
     radius = np.linalg.norm(np.cross(joint.axis, centre), axis=1) + np.linalg.norm(half, axis=1)
     widened = (2.0 * radius * np.sin(min(half_arc, np.pi) / 2.0) + BOX_SLACK_MM)[:, None]
-    lows, highs = [], []
-    for angle in low + (np.arange(count) + 0.5) * (high - low) / count:
-        turn = rotation(joint.axis, angle)
-        middle, extent = centre @ turn.T + joint.point, half @ np.abs(turn).T + widened
-        lows.append(middle - extent)
-        highs.append(middle + extent)
-    return np.stack([np.min(lows, axis=0), np.max(highs, axis=0)], axis=1)
+    angles = low + (np.arange(count) + 0.5) * (high - low) / count
+    turns = rotation(joint.axis, angles).transpose(0, 2, 1)
+    middle, extent = centre @ turns + joint.point, half @ np.abs(turns) + widened
+    return np.stack([(middle - extent).min(axis=0), (middle + extent).max(axis=0)], axis=1)
 
 
 def _meets(swept: Boxes, others: Boxes) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
-from gcodesim.machine.model import Pair
+from gcodesim.machine.model import Joint, Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.samples import Instants, sample_count, sample_of, window
 
@@ -79,7 +79,8 @@ def search_span(
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
     findings = SpanFindings()
-    place, free, departing = _leave_out(place, aims, findings)
+    travels = travelled(place.machine.joints, place.path)
+    place, free, departing = _leave_out(place, aims, travels, findings)
     span, path = place.span, place.path
     begin = Instants(
         np.array([span.start_ps]),
@@ -92,7 +93,7 @@ def search_span(
         contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
         if not aims.stop_all:
             return contact, findings
-    searcher = _searcher(place, arrays, aims, free)
+    searcher = _searcher(place, arrays, aims, travels, free)
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
     if contact is None:
         contact = _first_contact(place, searcher, (first, end), work, findings, progress)
@@ -111,7 +112,7 @@ def search_span(
 
 
 def _leave_out(
-    place: Place, aims: Aims, findings: SpanFindings
+    place: Place, aims: Aims, travels: tuple[Joint, ...], findings: SpanFindings
 ) -> tuple[Place, tuple[float, ...], tuple[float, ...]]:
     """The place without what cannot matter, and per pair two distances [mm].
 
@@ -120,7 +121,6 @@ def _leave_out(
     scene = place.scene
     tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
-    travels = travelled(place.machine.joints, place.path)
     departing = departures(scene, travels, aims.off_path)
     if not aims.leave_out:
         return place, tuple(free), departing
@@ -140,12 +140,17 @@ def _leave_out(
     return replace(place, scene=scene), tuple(free), departing
 
 
-def _searcher(place: Place, arrays: PathArrays, aims: Aims, free: tuple[float, ...]) -> Searcher:
+def _searcher(
+    place: Place,
+    arrays: PathArrays,
+    aims: Aims,
+    travels: tuple[Joint, ...],
+    free: tuple[float, ...],
+) -> Searcher:
     mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
     settings = Settings(place.period_ps, mode, free)
-    joints = place.machine.joints
-    forest = build_forest(place.scene, joints, place.path)
-    return Searcher(place.scene, forest, place.path, arrays, joints, settings)
+    forest = build_forest(place.scene, travels)
+    return Searcher(place.scene, forest, place.path, arrays, travels, settings)
 
 
 def _first_contact(

@@ -27,7 +27,7 @@ less than POLE_STEP are straight in the joints by definition, and take the time 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,12 @@ from gcodesim.motion.tool_path import Array, Cut, TipMoves, curvature, cut_evenl
 POLE_STEP = 1.0e-7
 """A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
 lever of 300 mm."""
+
+PARTS_AT_ONCE = 16
+"""Parts that a piece is cut into at once; more would make pieces shorter than they must be."""
+
+MAX_HALVES = 20_000
+"""Pieces of one circle without a bound at once: a circle past a pole has some ten."""
 
 LIMIT_STEP = 1.0e-8
 """Where a circle leaves a pole, its direction is asked this far from it [rad]."""
@@ -139,13 +145,16 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
     knots[len(even.move) + round_cut.inner] = round_cut.knots
     order = np.argsort(moves, kind="stable")
     share = np.concatenate([even.share, round_cut.share])[order]
-    cut = Cut(moves[order], share, knots, max(even.deviation, round_cut.deviation))
-    return Cut(cut.move, cut.share, knots[order][cut.inner], cut.deviation)
+    cut = Cut(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
+    free = [step.column for step in centre.chain if step.joint.rotary][0]
+    bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_DEG)
+    left = np.setdiff1d(np.flatnonzero(bent), round_cut.move)
+    return replace(cut, knots=cut.knots[cut.inner], straightened=tuple(left.tolist()))
 
 
 def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
     """Cut the circles that the joints can follow; `which` are their numbers among all moves."""
-    move, ends, deviation = halved(circles, reach)
+    move, ends, deviation, lost = halved(circles, reach)
     # Positions of a move: where it starts, where its circle does, the ends of its pieces, where it
     # ends. The circle starts or ends elsewhere where a joint has to turn on the spot, at a pole.
     count = np.bincount(move, minlength=len(which)) + 3
@@ -164,7 +173,7 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
     joints[inside] = _unwound(circles, owner[inside], s[inside])
 
     kept = np.ones(len(owner), bool)
-    fits = np.ones(len(which), bool)
+    fits = ~lost
     poles = circles.centre.rotary.pole_angles
     for there, here in ((begin, begin + 1), (final, final - 1)):
         spot = np.abs(joints[there] - joints[here]) > SAME_DEG
@@ -195,29 +204,43 @@ def _unwound(circles: Circles, move: NDArray[np.intp], s: Array) -> Array:
 
 def halved(
     circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM
-) -> tuple[NDArray[np.intp], Array, float]:
+) -> tuple[NDArray[np.intp], Array, float, NDArray[np.bool_]]:
     """Halve circles until every piece is within the tolerance or turns less than POLE_STEP.
 
+    A bound holds for every part of a piece: where a few equal parts are enough, they are made.
+
     Returns:
-        The move and the end of every piece, in the order of execution, shape (m,) each; and the
-        largest bound of those that have one.
+        The move and the end of every piece, in the order of execution, shape (m,) each; the largest
+        bound of those that have one; and whether a circle was given up after MAX_HALVES, as one
+        that leaves what the joints reach, shape (n,).
     """
     move = np.arange(len(circles.angle))
     start, length = np.zeros(len(move)), np.ones(len(move))
     moves, ends, deviation = [move[:0]], [start[:0]], 0.0
+    lost = np.zeros(len(move), bool)
     while len(move):
         bound = length**2 / 8.0 * _bend(circles, move, start, length, reach)
-        fine = bound <= tolerance
-        done = fine | (circles.angle[move] * length < POLE_STEP)
-        deviation = max(deviation, float(np.max(bound[fine], initial=0.0)))
-        moves.append(move[done])
-        ends.append(start[done] + length[done])
+        parts = np.ceil(np.sqrt(np.minimum(bound / tolerance, 1e12))).astype(np.intp)
+        parts = np.where(circles.angle[move] * length < POLE_STEP, 1, np.maximum(parts, 1))
+        done = parts <= PARTS_AT_ONCE
+        many = np.repeat(np.flatnonzero(done), parts[done])
+        number = np.arange(len(many)) - np.repeat(np.cumsum(parts[done]) - parts[done], parts[done])
+        share = (number + 1) / parts[many]
+        moves.append(move[many])
+        ends.append(start[many] + np.where(share < 1.0, share, 1.0) * length[many])
+        shown = done & np.isfinite(bound)
+        deviation = max(deviation, float(np.max((bound / parts**2)[shown], initial=0.0)))
         half = 0.5 * length[~done]
         start = np.concatenate([start[~done], start[~done] + half])
         move, length = np.tile(move[~done], 2), np.tile(half, 2)
+        lost |= np.bincount(move, minlength=len(lost)) > MAX_HALVES
+        start, length, move = start[~lost[move]], length[~lost[move]], move[~lost[move]]
     move, end = np.concatenate(moves), np.concatenate(ends)
+    kept = ~lost[move]
+    move = np.concatenate([move[kept], np.flatnonzero(lost)])
+    end = np.concatenate([end[kept], np.ones(np.count_nonzero(lost))])
     order = np.lexsort((end, move))
-    return move[order], end[order], deviation
+    return move[order], end[order], deviation, lost
 
 
 def _bend(

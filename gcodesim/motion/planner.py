@@ -36,6 +36,9 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     """
     program, under, findings = followed(program, machine)
     wanted = joint_moves(program, machine, under)
+    if under:
+        wanted, told = under.cut(wanted, [AXES.index(name) for name in machine.axes])
+        findings += told
     least = least_times(wanted, machine)
     moves = replace(wanted, seconds=np.maximum(wanted.seconds, least))
     moves = unwound(moves)
@@ -75,7 +78,7 @@ def joint_moves(program: CanonicalProgram, machine: Machine, under: ToolMoves | 
     Args:
         program: with axis positions throughout.
         machine: its joints.
-        under: its moves under tool centre point control.
+        under: its moves under tool centre point control, which are still to be cut.
     """
     is_move = np.isin(program.kind, (Kind.RAPID, Kind.FEED, Kind.ARC))
     names = machine.axes
@@ -89,7 +92,7 @@ def joint_moves(program: CanonicalProgram, machine: Machine, under: ToolMoves | 
     q0 = before[rows][:, columns]
     q1 = np.where(is_move[rows, None], program.to[rows][:, columns], q0)
     arc, arcs = arc_pieces(program, rows, before[rows, :3], program.to[rows, :3])
-    moves = Moves(
+    return Moves(
         q0=q0,
         q1=q1,
         law=np.tile(CONSTANT_SPEED, (len(rows), 1)),
@@ -99,7 +102,6 @@ def joint_moves(program: CanonicalProgram, machine: Machine, under: ToolMoves | 
         row=rows,
         seconds=_feed_times(program, lengths, rows),
     )
-    return under.cut(moves, columns) if under else moves
 
 
 def _feed_times(

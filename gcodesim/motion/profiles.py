@@ -39,9 +39,9 @@ def profiled(moves: Moves, program: CanonicalProgram, machine: Machine) -> Moves
     A corner is passed at the speed that its path mode allows (see blocks.corner_speeds); exact stop
     (G61.1), a dwell, a tool change and a stop of the program end at rest.
     """
-    if not len(moves):
-        return moves
     still = (moves.arc < 0) & (moves.q0 == moves.q1).all(axis=1)
+    if still.all():
+        return moves
     moving = np.flatnonzero(~still)
     run = moves.taken(moving, moves.seconds[moving])
     limits = blocks(run, machine)

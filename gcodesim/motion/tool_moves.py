@@ -14,7 +14,7 @@ from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 from gcodesim.motion.arcs import arc_pieces
 from gcodesim.motion.great_circle import cut_moves, levers
 from gcodesim.motion.moves import Moves
-from gcodesim.motion.tool_path import Array, TipMoves, solved_axes
+from gcodesim.motion.tool_path import Array, Cut, TipMoves, at_right_angles, solved_axes
 from gcodesim.nc.program import (
     CanonicalProgram,
     Frame,
@@ -44,7 +44,7 @@ class ToolMoves:
     lengths: Array
     levers: Array
 
-    def cut(self, moves: Moves, columns: list[int]) -> Moves:
+    def cut(self, moves: Moves, columns: list[int]) -> tuple[Moves, list[Finding]]:
         """Put the pieces of the moves of the tip into the moves of the program.
 
         Args:
@@ -66,7 +66,17 @@ class ToolMoves:
         pieces.q0[own[inner]] = knots[:, columns]
         pieces.q1[own[inner - 1]] = knots[:, columns]
         pieces = self._with_arcs(pieces, at, own, cut.move)
-        return replace(pieces, deviation_mm=cut.deviation)
+        return replace(pieces, deviation_mm=cut.deviation), self._straightened(cut)
+
+    def _straightened(self, cut: Cut) -> list[Finding]:
+        if not cut.straightened:
+            return []
+        message = (
+            f"the tool axis of {len(cut.straightened)} block(s) cannot follow its great circle "
+            "without a jump of the rotary axes: they run linearly instead"
+        )
+        line = int(self.program.line[self.tips.row[cut.straightened[0]]])
+        return [Finding("GC304", message, "near_pole", line=line)]
 
     def _with_arcs(
         self, pieces: Moves, at: NDArray[np.intp], own: NDArray[np.intp], move: NDArray[np.intp]
@@ -74,6 +84,7 @@ class ToolMoves:
         """The pieces with arcs of the joints where the tip runs along an arc and no joint turns."""
         tips = self.tips
         whole = (tips.arc[move] >= 0) & ~tips.turns(self.centre)[move]
+        whole &= at_right_angles(self.centre)
         whole &= np.bincount(move, minlength=len(at))[move] == 1
         chosen = move[whole]
         arcs = tips.arcs[tips.arc[chosen]].copy()

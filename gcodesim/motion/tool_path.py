@@ -108,12 +108,14 @@ class Cut:
         share: part of the time of the move, shape (m,).
         knots: tip and A B C at the start of every piece that is not the first of its move, (k, 6).
         deviation: proved bound on the distance from the true path [mm].
+        straightened: moves along a great circle that the joints cannot follow, run as if linear.
     """
 
     move: NDArray[np.intp]
     share: Array
     knots: Array
     deviation: float
+    straightened: tuple[int, ...] = ()
 
     @property
     def inner(self) -> NDArray[np.intp]:

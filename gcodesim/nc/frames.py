@@ -64,6 +64,11 @@ class Frames:
         return self._matrix is None
 
     @property
+    def matrix(self) -> Matrix | None:
+        """What turns points where the frame is not plain."""
+        return self._matrix
+
+    @property
     def shift(self) -> tuple[list[float], float, float]:
         """What a plain frame adds, and cosine and sine of its turn."""
         return self._shift, self._cos, self._sin

@@ -17,7 +17,7 @@ from gcodesim.nc.block import Block
 MAX_LINE_LENGTH = 4096
 
 # One pass finds words; what is no word comes out, character by character, as the third group.
-TOKEN = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))|(.)", re.DOTALL)
+TOKEN = re.compile(r"([A-Z])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
 MACRO = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9]+)?O<")
 """What only macro text holds: parameters, brackets, words of more than one letter."""
@@ -56,9 +56,10 @@ def lex(block: Block) -> None:
 
 def _blank_comments(block: Block) -> None:
     """Turn comments into blanks and keep their messages."""
-    comments = COMMENT.findall(block.text)
-    block.code = COMMENT.sub(lambda match: " " * len(match[0]), block.text)
-    block.messages = tuple((m[1].upper(), m[2]) for m in map(MESSAGE.fullmatch, comments) if m)
+    block.code = COMMENT.sub(_blanks, block.text)
+    if "," in block.text:
+        found = map(MESSAGE.fullmatch, COMMENT.findall(block.text))
+        block.messages = tuple((match[1].upper(), match[2]) for match in found if match)
     if (place := block.code.find("(")) >= 0:
         block.tokens = [("", "", character) for character in block.code if character not in " \t"]
         index = block.tokens.index(("", "", "("))
@@ -66,6 +67,10 @@ def _blank_comments(block: Block) -> None:
         if ")" in block.text[place:]:
             raise block.error("comment_nested", "( inside a comment", index)
         raise block.error("comment_unclosed", "( without )", index)
+
+
+def _blanks(match: re.Match[str]) -> str:
+    return " " * len(match[0])
 
 
 def explain(block: Block, index: int) -> ProgramError:

@@ -63,6 +63,8 @@ class Run:
         Args:
             before: lines of other texts before this one.
         """
+        if self.state.frames.tilt is not None and not self.state.modal.tcp:
+            self._cut(self._any("ABC"))
         angles = self._angles()
         self._cut(self._any("Q") | (self.motion > COUNTER_CLOCKWISE))
         self._cut((self.moves & (self.motion < 0)) | (self.centred & ~self.arcs))
@@ -187,18 +189,28 @@ class Run:
         An axis keeps its very number until it is told to move, as in State.reach.
         """
         state = self.state
-        shift, cos, sin = state.frames.shift
+        shift, _, sin = state.frames.shift
         moved = {i: _ever(column != state.point[i]) for i, column in points.items()}
         columns = dict(points)
-        if sin and (0 in points or 1 in points):
-            x, y = (points.get(i, np.full(self.count, state.point[i])) for i in (0, 1))
-            columns[0], columns[1] = cos * x - sin * y, sin * x + cos * y
-            either = [moved[i] for i in (0, 1) if i in moved]
-            moved[0] = moved[1] = np.logical_or.reduce(either)
+        # Axes that the frame turns into each other are told to move together.
+        joined = range(2 if sin else 0) if state.frames.is_plain else range(3)
+        if any(i in points for i in joined):
+            turned = self._turned([self._column(i, points) for i in range(3)])
+            either = np.logical_or.reduce([moved[i] for i in joined if i in moved])
+            for i in joined:
+                columns[i], moved[i] = turned[i], either
         return {
             i: np.where(moved[i], column + shift[i], state.position[i])
             for i, column in columns.items()
         }
+
+    def _turned(self, place: list[Floats]) -> list[Floats]:
+        """Return columns X Y Z of the program frame, turned as Frames.machine turns a point."""
+        frames, (x, y, z) = self.state.frames, place
+        if frames.matrix is not None:
+            return [a * x + b * y + c * z for a, b, c in frames.matrix]
+        _, cos, sin = frames.shift
+        return [cos * x - sin * y, sin * x + cos * y, z] if sin else place
 
     def _record(
         self,
@@ -292,12 +304,9 @@ class Run:
     def _record_arcs(self, at: Ints, points: dict[int, Floats], centres: Columns) -> int:
         """Record centres, normals and turns of the arcs on lines `at`; return the first row."""
         frames, (u, v, w) = self.state.frames, PLANES[self.state.modal.plane]
-        shift, cos, sin = frames.shift
         place = [self._column(i, points)[at] for i in range(3)]
         place[u], place[v] = centres
-        if sin:
-            x, y = place[:2]
-            place[0], place[1] = cos * x - sin * y, sin * x + cos * y
+        place, (shift, _, _) = self._turned(place), frames.shift
         normal = [float(i == w) for i in range(6)]
         turns = np.where(self.motion[at] == CLOCKWISE, -1, 1)
         centre = np.column_stack([column + shift[i] for i, column in enumerate(place)])

@@ -58,7 +58,7 @@ class Runs:
             return 0
         state = self.state
         modal = state.modal
-        if modal.polar == POLAR or state.unfollowed or not state.frames.is_plain:
+        if modal.polar == POLAR or state.unfollowed or not self._is_framed():
             return 0
         if state.corner is not None or modal.tcp == VECTORS or state.frames.carried is not None:
             return 0
@@ -73,6 +73,14 @@ class Runs:
         self._pause = 0 if taken >= SHORTEST else min(2 * self._pause + SHORTEST, CHUNK)
         self._wait = self._pause
         return taken
+
+    def _is_framed(self) -> bool:
+        """Tell whether the frame is one that columns can be turned in, with nothing to report."""
+        frames, modal = self.state.frames, self.state.modal
+        if frames.is_plain:
+            return True
+        square = frames.tilt is None or bool(modal.tcp) or self.state.on_plane is True
+        return square and not frames.mirror and not modal.cycle
 
     def _carry_out(self, words: Words, begin: int, end: int, most: int, before: int) -> int:
         pattern = pattern_of(self.state) if self.state.modal.cycle else None

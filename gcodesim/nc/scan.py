@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.nc.lexer import MAX_LINE_LENGTH
 from gcodesim.nc.reader import Lines
 
 Bools = NDArray[np.bool_]
@@ -133,6 +134,7 @@ def scan(
     words.blank[word_line[word_line < count]] = False
     _into_columns(words, word_line, name, value, axes, ignored)
     _check(words)
+    words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
     index = np.arange(count)
     words.run_end = _next(~words.plain, index)
     words.next_run = _next(words.run_end - index >= shortest, index)

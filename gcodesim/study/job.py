@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.collision.bounds import travelled
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
 from gcodesim.collision.forest import Forest, build_forest
 from gcodesim.collision.near import Approach, distances_at, first_event
@@ -71,7 +72,7 @@ class Job:
 
     def forest(self, scene: Scene) -> Forest:
         """Trees and levers of a scene for this path."""
-        return build_forest(scene, self.machine.joints, self.path)
+        return build_forest(scene, travelled(self.machine.joints, self.path))
 
     def searcher(self, scene: Scene, threads: int, between: bool = True) -> Searcher:
         """The search of this path, all pairs, nothing left out."""

@@ -18,9 +18,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from goals import Goals
+from goals import ROOT, Goals
 
-from gcodesim.nc.control import Control
+from gcodesim.machine.control import control_for
+from gcodesim.machine.loading import load_machine
+from gcodesim.nc.control import Control, Kinematics
 from gcodesim.nc.dialect import DIALECTS
 from gcodesim.nc.interpreter import Interpretation, interpret
 from gcodesim.nc.reader import read_program
@@ -56,6 +58,8 @@ def measure(
     """Write the program to a file and interpret it a few times."""
     fields = dict(fields)
     dialect = DIALECTS[str(fields.pop("dialect", "fanuc"))]
+    if machine := fields.pop("kinematics", ""):
+        fields["kinematics"] = _kinematics(ROOT / str(machine))
     control = Control(dialect, **{"axes": "XYZAC", **fields})  # type: ignore[arg-type]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.nc"
@@ -68,6 +72,10 @@ def measure(
     size = sum(map(len, lines)) / len(lines) + 1
     note = f"{meaning.blocks} blocks, {size:.0f} bytes a line, {moves:.0f} k commands/s"
     goals.at_least(name, meaning.blocks / seconds, goal, "blocks/s", note)
+
+
+def _kinematics(machine: Path) -> Kinematics | None:
+    return control_for(load_machine(machine), None, None, False).kinematics
 
 
 def best_of(path: Path, control: Control) -> tuple[float, Interpretation]:
@@ -83,13 +91,19 @@ def best_of(path: Path, control: Control) -> tuple[float, Interpretation]:
 def plain(count: int, rng: np.random.Generator) -> list[str]:
     """A surface finished with five axes."""
     t = np.linspace(0, 200, count)
-    columns = (40 * np.sin(t), 40 * np.cos(t), t / 10, 20 * np.sin(t / 3), 40 * t)
+    columns = (40 * np.sin(t), 40 * np.cos(t), t / 10, 20 * np.sin(t / 3), 30_000 * t)
     rows = zip(*(column.tolist() for column in columns), strict=True)
     blocks = [
-        f"N{i} G1 X{x:.3f} Y{y:.3f} Z{z:.3f} A{a:.3f} C{c % 360:.3f} F{2000 + i % 7}"
+        f"N{i}G1X{x:.3f}Y{y:.3f}Z{z:.3f}A{a:.2f}C{c % 360:.2f}F{2000 + i % 7}"
         for i, (x, y, z, a, c) in enumerate(rows, start=1)
     ]
     return [*HEAD, *blocks, *END]
+
+
+def tips(count: int, rng: np.random.Generator) -> list[str]:
+    """The same under tool centre point control."""
+    lines = plain(count, rng)
+    return [*HEAD, "G43.4 H1", *lines[len(HEAD) :]]
 
 
 def arcs(count: int, rng: np.random.Generator) -> list[str]:
@@ -222,6 +236,11 @@ FAMILIES: dict[
 ] = {
     "plain": (plain, PLAIN_GOAL, {}),
     "plain, C shortest": (plain, PLAIN_GOAL, {"wrap": WRAP}),
+    "plain, G43.4": (
+        tips,
+        PLAIN_GOAL,
+        {"tool_for_all": True, "kinematics": "machines/table_tilt.yaml"},
+    ),
     "arcs I J": (arcs, GENERAL_GOAL, {}),
     "arcs R": (radius_arcs, GENERAL_GOAL, {}),
     "lines and arcs": (mixed, GENERAL_GOAL, {}),

@@ -8,6 +8,7 @@ import numpy as np
 import warp as wp
 from collision.scenes import Array, machine, random_joints, random_path, unit
 
+from gcodesim.collision.bounds import travelled
 from gcodesim.collision.chords import Stretch, joint_motion, side_leaves_chord
 from gcodesim.collision.closest import ForestArrays
 from gcodesim.collision.device import BIT_EQUAL
@@ -81,7 +82,7 @@ def random_chords(rng: np.random.Generator) -> Chords:
     path = random_path(rng, joints, PIECES, linear=500 * size, rotary=2000 * size)
     scene = build_scene(m.pairs, dict(m.bodies), m.joints, "cpu")
     arrays = path_arrays(path, "cpu")
-    forest = build_forest(scene, m.joints, path)
+    forest = build_forest(scene, travelled(m.joints, path))
     settings = Settings(10**8, MODE_AT_SAMPLES, (0.0,) * len(pairs), 1)
     motion = Searcher(scene, forest, path, arrays, m.joints, settings).motion(0, PIECES, LEVEL)
     rows, times = _stretches(rng, path)

@@ -11,6 +11,7 @@ from collision.exact import squared_clearance
 from collision.families import FAMILIES, HARD, generate
 from collision.scenes import Array, box, joint, machine, path, random_mesh, unit
 
+from gcodesim.collision.bounds import travelled
 from gcodesim.collision.closest import (
     ForestArrays,
     aim_at_node,
@@ -125,7 +126,7 @@ def test_no_gap_of_nodes_exceeds_the_distance_of_their_triangles(
     joints = [joint("X", [1, 0, 0])]
     m = machine(joints, shapes, [("bed", "mover")])
     scene = build_scene(m.pairs, dict(m.bodies), m.joints, device)
-    forest = build_forest(scene, m.joints, path(joints, [0.0], [(1.0, [1.0])])).arrays
+    forest = build_forest(scene, travelled(m.joints, path(joints, [0.0], [(1.0, [1.0])]))).arrays
     count = 500
     roots = forest.root.numpy()
     total = len(forest.left.numpy())

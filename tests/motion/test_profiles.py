@@ -231,3 +231,13 @@ def test_the_look_ahead_brakes_over_many_blocks(time: str) -> None:
     braking = np.arange(150 - len(speeds) + 1, 151)[np.array(speeds) > 1e-9]
     room = 150 - braking
     assert (np.array(speeds)[braking - 1] ** 2 <= 2 * A * room * (1 + 1e-9)).all()
+
+
+@PROFILES
+def test_programs_that_hardly_move(time: str) -> None:
+    assert len(planned(time)) == 0
+    assert planned(time, {"kind": DWELL, "f": 2.0}).duration_s == 2.0
+    far = {"kind": FEED, "to": (1e5,), "f": 1e-300}
+    path, findings = plan(program([STRAIGHT[0], far]), limited_machine(time))
+    assert [finding.code for finding in findings] == ["GC424"]
+    assert set(path.line.tolist()) == {1}

@@ -327,9 +327,18 @@ def test_a_great_circle_past_the_pole_swings_the_table_round() -> None:
 
 
 def test_a_great_circle_the_joints_cannot_follow_runs_linearly() -> None:
-    m = of_type(AC)
-    path, _, p = planned(m, tip(10, 20, 30, 10, 0, 0), circle(10, 60, 30, -30, 0, 0))
-    assert_follows(m, path, p, 4)  # straight over the pole
+    m = of_type(AC, rotary=1e6)
+    path, findings, p = planned(
+        m,
+        tip(10, 20, 30, 10, 0, 0),
+        circle(10, 60, 30, -30, 0, 0),  # straight over the pole: linear is the great circle
+        circle(10, 20, 30, 20, 0, 90),  # to the other side: from one solution to the other
+    )
+    for line in (4, 5):
+        assert_follows(m, path, p, line)
+    assert angles_off_the_circle(m, path.q0[path.line == 4]).max() < 1e-12
+    assert [(f.code, f.line) for f in findings] == [("GC304", 5)]
+    assert "1 block(s) cannot follow its great circle" in findings[0].message
 
 
 def test_moves_of_the_joints_before_and_after(rng: np.random.Generator) -> None:

@@ -9,6 +9,7 @@ from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control import WorkOffset
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.program import Frame, Kind
+from gcodesim.nc.runs import Runs
 
 GAUGE_TO_TIP = np.array([[0.0, 0.0, 50.0]])
 
@@ -200,6 +201,13 @@ def test_planes_from_the_tool_and_planes_in_planes(run):
     np.testing.assert_allclose(to[-2:, :3], [(15, 21, 32), (15, 31, 32)], atol=1e-12)
 
 
+def test_g92_counts_along_the_axes_of_the_plane(run):
+    _, to = moves(run("G68.2 X1 I0 J90 K90\nG53.1\nG0 X5 Y6 Z7\nG92 X1 Z2\nG0 X2 Y6 Z4"))
+    # X of the plane is Z of the work offset, Y is X turned over, Z is -Y.
+    np.testing.assert_allclose(to[1, :3], (11 - 6, 20 - 7, 30 + 5), atol=1e-12)
+    np.testing.assert_allclose(to[2, :3] - to[1, :3], (0, -2, 1), atol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("dialect", "on", "off"), [("haas", "G254", "G255"), ("fanuc", "G54.2 P1", "G54.2 P0")]
 )
@@ -255,3 +263,38 @@ def test_canon_gives_minutes_where_only_kinematics_know_the_length(run):
     found = [row.get("f", row.get("minutes")) for row in rows]
     assert [("f" in row) for row in rows] == [True, False, True, False, True, False, True]
     np.testing.assert_allclose(found[1:], [0.25, 8.0, 0.2, 10.0, 0.125, 16.0])
+
+
+@pytest.mark.parametrize(
+    ("head", "fields"),
+    [
+        ("G43.4 H1\nG0 X1", {}),
+        ("G43.4 H1\nG56 G0 X1", {}),
+        ("G0 A-30 C50\nG43.4 H1\nG0 X1", {"tcp_frame": "work"}),
+        ("G68.2 X1 Y2 I30 J20 K10\nG53.1\nG43 H1\nG0 X1", {}),
+        ("G68.2 X1 Y2 I30 J20 K10\nG0 X1", {}),
+        ("G68.2 I30 J20\nG43.4 H1\nG0 X1", {}),
+        ("G55\nG68.2 I30 J20 K10\nG53.1\nG0 X1", {}),
+        ("G68 X1 Y2 R30\nG0 X1", {}),
+        ("G51.1 X1\nG0 X1", {}),
+        ("G54.2 P1\nG0 C40 X1", {}),
+        ("G43.5 H1\nG1 X1 I1 J2 K3", {}),
+    ],
+)
+def test_runs_of_tips_equal_the_block_by_block_way(run, head, fields, rng, monkeypatch):
+    blocks = []
+    for _ in range(60):
+        rotary = rng.choice(["", "", "", "A5", "A-9.5 C400", "C-3"])
+        words = [f"{axis}{rng.uniform(-20, 20):.3f}" for axis in "XYZ" if rng.random() < 0.6]
+        arc = f"G2 X{rng.uniform(0, 9):.3f} Y{rng.uniform(0, 9):.3f} R40 G17"
+        blocks.append(arc if rng.random() < 0.15 else f"G{rng.integers(2)} {' '.join(words)}")
+        blocks.append(f"G1 X{rng.uniform(0, 9):.3f} {rotary}" if "43.5" not in head else "G1 Z1")
+        blocks += [f"G1 X{n} Y{rng.uniform(-9, 9):.2f} F{n + 1}" for n in range(20)]
+    text = f"F500\n{head}\n" + "\n".join(blocks)
+    fast = run(text, **fields)
+    monkeypatch.setattr(Runs, "take", lambda self, source, index, most: 0)
+    slow = run(text, **fields)
+    for column in ("kind", "line", "frame", "to", "f", "feed_mode", "speed", "aux", "arcs"):
+        mine, theirs = getattr(fast.program, column), getattr(slow.program, column)
+        assert mine.tobytes() == theirs.tobytes(), column
+    assert (fast.findings, fast.blocks, fast.stopped) == (slow.findings, slow.blocks, False)

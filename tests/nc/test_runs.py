@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nc.table_tilt import TableTilt
 
 from gcodesim.nc import runs
 from gcodesim.nc.control import Control, WorkOffset
@@ -23,6 +24,7 @@ CONTROLS = [
     {"axes": "XYZBC", "ignore_words": frozenset("EQ"), "feed": 500.0},
     {"axes": "XYZ", "inch": True, "block_delete": True},
     {"axes": "XYZAC", "max_blocks": 23},
+    {"axes": "XYZAC", "kinematics": TableTilt(), "wrap": {"C": "shortest"}, "tcp_rotary_feed": 7.0},
 ]
 
 NUMBERS = st.one_of(
@@ -64,6 +66,9 @@ CYCLES = st.sampled_from(
     + ["G98 G83 Z-5 R9 Q2", "G81 Z1 R1", "G98 G81 Y3 X-8 Z-9 R.1", "G83 R3 Z-5 Q-1"]
 )
 MODES = st.sampled_from(["G90", "G91", "G54", "G55", "G20", "G21", "G0 Z50", "G80", "G98", "G99"])
+FIVE_AXIS = st.sampled_from(
+    ["G43.4 H1", "G43.4 H1", "G43.5 H1", "G49", "G68.2 X1 J9", "G69", "G54.2 P1"]
+)
 ODD = st.one_of(
     ARCS, PLAIN, MODES, st.sampled_from(["G0 X1", "X1 L2", "Z-3 R1", "A5", "M5", "G93"])
 )
@@ -96,7 +101,9 @@ ARC_PROGRAMS = st.one_of(
     arcs_of("G91 G19 G2 Y5 R-9", "YZJK", ["X.1"]),
 )
 HOLE_PROGRAMS = st.builds(section, CYCLES, st.lists(HOLES, min_size=3))
-MIXED = st.lists(st.one_of(ARC_PROGRAMS, HOLE_PROGRAMS, HOLE_PROGRAMS, MODES, ODD), max_size=8)
+MIXED = st.lists(
+    st.one_of(ARC_PROGRAMS, HOLE_PROGRAMS, HOLE_PROGRAMS, MODES, ODD, FIVE_AXIS), max_size=8
+)
 LINES = st.lists(st.one_of(*[PLAIN] * 6, OTHER), max_size=40)
 
 
@@ -160,6 +167,7 @@ LONG = {
     "arcs": ["G91 G1 X5", *["G2 X3 Y1 I1 J2 Z-.1", "G3 X-3. Y-1. R9.", "G1 X.5 Y-.25 A1"] * 200],
     "holes": ["G99 G83 Z-9 R2 Q2.5", *[f"X{i / 7:.3f} Y{-i % 11}" for i in range(600)]],
     "turned": ["G55 G98 G73 Z-9 R2 Q3", *[f"N{i} X{i}" for i in range(600)]],
+    "tips": ["G43.4 H1", *[f"G1 X{i} Z{i % 7} A{i / 9:.3f} C{10 * i}" for i in range(600)]],
     "repeated": ["G89 Z-9 R2 P10", *[f"G89 Y{i % 13} Z-9 R2 F{i + 1}" for i in range(600)]],
 }
 
@@ -167,7 +175,7 @@ LONG = {
 @pytest.mark.parametrize("name", LONG)
 def test_long_programs_of_arcs_and_holes_are_run_in_runs(name):
     text = "\n".join(["G90 G1 F900 S1 M3 Z30", *LONG[name], "M30"])
-    control = Control(DIALECTS["fanuc"], offsets=OFFSETS, axes="XYZAC")
+    control = Control(DIALECTS["fanuc"], offsets=OFFSETS, axes="XYZAC", kinematics=TableTilt())
     fast, slow = with_and_without_runs(text, control)
     assert_equal(fast, slow)
     assert fast.blocks == 603
@@ -199,6 +207,7 @@ def test_numbers_are_those_of_float(rng):
 def test_what_is_no_plain_block_is_left_alone():
     texts = ["G1X1Y2", "g 0 x 1 . 5", "N5", "", "X1X2", "G4X1", "X", "X-", "X.", "X1.2.3", "1X1"]
     texts += ["X1%", "/X1", "X1(c)", "U1", "F0", "F-1", "N1.5", "N-1", "X1-", "-X1", "X\xe41", "."]
+    texts += ["X1" + " " * 4095]
     lines = Lines("\n".join(texts))
     words = scan(lines, 0, len(lines), "XYZ", frozenset())
     assert [t for t, plain in zip(texts, words.plain, strict=True) if plain] == texts[:4]

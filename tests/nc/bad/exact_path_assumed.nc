@@ -1,4 +1,4 @@
-; exact_path_assumed 2
+; exact_path_assumed 4
 G64 P0.01
 G61
 G64

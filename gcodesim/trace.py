@@ -1,0 +1,86 @@
+"""Trace: axis positions over program time, as CSV rows or NPZ columns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.constants import PS_PER_S
+from gcodesim.machine.model import Machine
+from gcodesim.motion.path import Path
+from gcodesim.motion.servo import lagged_positions
+
+CHUNK = 1 << 16
+"""Rows made at once: memory does not grow with the program."""
+
+PLACES = 9
+"""Decimals of times [s] and positions [mm, deg]: well below what any control resolves."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """A path looked at in equal steps, and at its end.
+
+    Attributes:
+        every_ps: the step [ps].
+        real: where the lagging drives are, not where the control commands them to be.
+    """
+
+    path: Path
+    machine: Machine
+    every_ps: int
+    real: bool = False
+
+    @property
+    def times_ps(self) -> NDArray[np.int64]:
+        """All instants, shape (m,); none for a path without pieces."""
+        if not len(self.path):
+            return np.zeros(0, np.int64)
+        end = self.path.duration_ps
+        return np.append(np.arange(0, end, self.every_ps, dtype=np.int64), end)
+
+    def positions(self, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Joint positions, shape (m, joints) [mm or deg]."""
+        if self.real:
+            return lagged_positions(self.path, self.machine, times_ps)
+        return self.path.positions(times_ps)
+
+    def lines(self, times_ps: NDArray[np.int64]) -> NDArray[np.int32]:
+        """Source line in force, shape (m,)."""
+        return self.path.line[self.path.piece_at(times_ps)]
+
+
+def csv_rows(trace: Trace) -> Iterator[str]:
+    """Yield the header, then one row per instant: time_s, line, every axis."""
+    yield ",".join(["time_s", "line", *trace.path.joints])
+    times = trace.times_ps
+    for first in range(0, len(times), CHUNK):
+        part = times[first : first + CHUNK]
+        q = trace.positions(part)
+        for time_ps, line, row in zip(
+            part.tolist(), trace.lines(part).tolist(), q.tolist(), strict=True
+        ):
+            cells = [f"{value:.{PLACES}f}" for value in row]
+            yield ",".join([f"{time_ps / PS_PER_S:.{PLACES}f}", str(line), *cells])
+
+
+def write_csv(trace: Trace, out: TextIO) -> None:
+    """Write the rows."""
+    for row in csv_rows(trace):
+        out.write(row + "\n")
+
+
+def write_npz(trace: Trace, file: str) -> None:
+    """Write the columns time_s, line, axes (names) and positions (m, axes) as a NumPy archive."""
+    times = trace.times_ps
+    np.savez_compressed(
+        file,
+        time_s=times / PS_PER_S,
+        line=trace.lines(times) if len(times) else np.zeros(0, np.int32),
+        axes=np.array(trace.path.joints),
+        positions=trace.positions(times) if len(times) else np.zeros((0, len(trace.path.joints))),
+    )
