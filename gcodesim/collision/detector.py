@@ -8,14 +8,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import warp as wp
 
-from gcodesim.collision import chords, exhaustive, paper, search_kernel, tree_kernel
+from gcodesim.collision import chords, exhaustive, search_kernel, tree_kernel
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
 from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
-from gcodesim.collision.paper import first_contact_paper, prepare_paper
 from gcodesim.collision.poses import PathArrays, path_arrays
-from gcodesim.collision.scene import build_scene
+from gcodesim.collision.scene import Scene, build_scene
 from gcodesim.collision.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
@@ -75,10 +74,15 @@ class Task:
 
 def load_kernels(method: str, device: str) -> None:
     """Compile what a method needs, or load it from Warp's cache, so that it is timed apart."""
-    modules = {"search": (exhaustive, chords, search_kernel), "paper": (paper,)}
-    for module in modules.get(method, (exhaustive,)):
-        wp.load_module(module, device=device)
+    if method == "paper":
+        from gcodesim.collision import paper  # no other check has a use for it
+
+        wp.load_module(paper, device=device)
+        return
+    wp.load_module(exhaustive, device=device)
     if method == "search":
+        wp.load_module(chords, device=device)
+        wp.load_module(search_kernel, device=device)
         wp.load_module(tree_kernel, device="cpu")
 
 
@@ -154,19 +158,28 @@ def _is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
 def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
     """First contact within one span, looking at every sample and every block end."""
     scene, span = place.scene, place.span
-    prepared = prepare_paper(scene, _travelled(task)) if task.method == "paper" else []
+    look = _look(task, scene, arrays, detection.work)
     for first in windows(task.path, span, WINDOW, task.period_ps):
         instants = window(task.path, span, first, WINDOW, task.period_ps)
-        if task.method == "paper":
-            hit = first_contact_paper(scene, prepared, arrays, instants, detection.work)
-        else:
-            hit = first_contact_exhaustive(scene, arrays, instants, detection.work)
+        hit = look(instants)
         if hit:
             instants = _instants_of(task, span, hit[0])
             return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
         done = (first + WINDOW) * task.period_ps
         task.progress(min(1.0, done / task.path.duration_ps))
     return None
+
+
+def _look(
+    task: Task, scene: Scene, arrays: PathArrays, work: Work
+) -> Callable[[Instants], tuple[int, int] | None]:
+    """What finds the first contact (sample, pair) among some instants."""
+    if task.method == "exhaustive":
+        return lambda instants: first_contact_exhaustive(scene, arrays, instants, work)
+    from gcodesim.collision.paper import first_contact_paper, prepare_paper
+
+    prepared = prepare_paper(scene, _travelled(task))
+    return lambda instants: first_contact_paper(scene, prepared, arrays, instants, work)
 
 
 def _instants_of(task: Task, span: Span, sample: int) -> Instants:

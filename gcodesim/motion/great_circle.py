@@ -146,7 +146,7 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
     order = np.argsort(moves, kind="stable")
     share = np.concatenate([even.share, round_cut.share])[order]
     cut = Cut(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
-    free = [step.column for step in centre.chain if step.joint.rotary][0]
+    free = next(step.column for step in centre.chain if step.joint.rotary)
     bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_DEG)
     left = np.setdiff1d(np.flatnonzero(bent), round_cut.move)
     return replace(cut, knots=cut.knots[cut.inner], straightened=tuple(left.tolist()))

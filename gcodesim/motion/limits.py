@@ -19,6 +19,12 @@ EXTREMES_PER_END = 3
 """Half turns looked at from either end of an arc: more turns repeat the same extremes, or lie
 between these on a helix or spiral, which grows steadily."""
 
+SPIRAL = 0.01
+"""Radii that change by more than this part make a spiral: Newton steps may miss its extremes."""
+
+SPIRAL_STEPS = 12
+"""Stretches of a half turn that are searched for a change of sign each."""
+
 
 def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
     """One finding per joint and excursion (GC301 linear, GC302 rotary), in the order of time.
@@ -59,26 +65,55 @@ def _arc_extremes(path: Path, pieces: NDArray[np.intp], axis: int) -> Iterator[N
     """Path fractions at which one coordinate of the arcs may be extreme, a few per arc.
 
     Angles where the circle's tangent is perpendicular to the axis, then Newton steps on the
-    derivative, which shifts them where the radius grows or the arc climbs.
+    derivative, which shifts them where the radius grows or the arc climbs. Spirals whose radius
+    changes much are searched for changes of sign instead.
     """
     arcs = path.arcs[path.arc[pieces]]
-    u, v, lift = arcs["u"][:, axis], arcs["v"][:, axis], arcs["lift"][:, axis]
-    sweep = np.radians(arcs["sweep"])
     if not len(arcs):
         return
-    base = np.arctan2(v, u)
+    sweep, grown = np.radians(arcs["sweep"]), np.abs(arcs["r1"] - arcs["r0"])
+    base = np.arctan2(arcs["v"][:, axis], arcs["u"][:, axis])
     half_turns = np.abs(sweep) / np.pi
     steps = np.arange(-1, EXTREMES_PER_END + 1)
     for k in [*steps, *(np.ceil(half_turns)[:, None] + steps[None, :] - 2).T]:
         s = (base + np.sign(sweep) * np.pi * k) / sweep
         for _ in range(4):
-            angle, grown = sweep * s, arcs["r1"] - arcs["r0"]
-            radius = arcs["r0"] + grown * s
-            c, d = np.cos(angle), np.sin(angle)
-            slope = grown * (c * u + d * v) + radius * sweep * (c * v - d * u) + lift
-            bend = 2 * grown * sweep * (c * v - d * u) - radius * sweep**2 * (c * u + d * v)
+            slope, bend = _slopes(arcs, axis, s)
             s = s - np.divide(slope, bend, out=np.zeros_like(s), where=np.abs(bend) > 1e-9)
         yield np.clip(s, 0.0, 1.0)
+    spiral = np.flatnonzero(grown > SPIRAL * np.maximum(arcs["r0"], arcs["r1"]))
+    for found in _spiral_extremes(arcs[spiral], axis) if len(spiral) else ():
+        s = np.zeros(len(arcs))
+        s[spiral] = found
+        yield s
+
+
+def _spiral_extremes(arcs: NDArray[np.void], axis: int) -> Iterator[NDArray[np.float64]]:
+    """Changes of sign of the derivative in the first and last turns, bisected."""
+    steps = np.arange(2 * EXTREMES_PER_END * SPIRAL_STEPS) / (SPIRAL_STEPS * EXTREMES_PER_END)
+    share = np.minimum(EXTREMES_PER_END * 180.0 / np.abs(arcs["sweep"]), 0.5)
+    for step in steps:
+        low = share * step if step < 1.0 else 1.0 - share * (2.0 - step)
+        high = low + share / (SPIRAL_STEPS * EXTREMES_PER_END)
+        rising = _slopes(arcs, axis, low)[0] > 0.0
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            same = (_slopes(arcs, axis, middle)[0] > 0.0) == rising
+            low, high = np.where(same, middle, low), np.where(same, high, middle)
+        yield np.clip(high, 0.0, 1.0)
+
+
+def _slopes(
+    arcs: NDArray[np.void], axis: int, s: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """First and second derivative of a coordinate of the arcs at fractions `s`, shape (n,)."""
+    u, v, lift = arcs["u"][:, axis], arcs["v"][:, axis], arcs["lift"][:, axis]
+    sweep, grown = np.radians(arcs["sweep"]), arcs["r1"] - arcs["r0"]
+    angle, radius = sweep * s, arcs["r0"] + grown * s
+    c, d = np.cos(angle), np.sin(angle)
+    slope = grown * (c * u + d * v) + radius * sweep * (c * v - d * u) + lift
+    bend = 2.0 * grown * sweep * (c * v - d * u) - radius * sweep**2 * (c * u + d * v)
+    return slope, bend
 
 
 def _runs(flags: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
