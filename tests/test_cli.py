@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 
-from gcodesim.cli import _progress, main
+from gcodesim.cli import main
+from gcodesim.cli.options import progress_bar
 from gcodesim.constants import DEFAULT_PERIOD_PS
 
 PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
@@ -191,8 +192,8 @@ def test_progress_is_drawn_on_a_terminal_only(
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     clock = iter([0.0, 0.5, 2.0])
-    monkeypatch.setattr("gcodesim.cli.time.monotonic", lambda: next(clock, 3.0))
-    with _progress("part.nc", quiet=False) as advance:
+    monkeypatch.setattr("gcodesim.cli.options.time.monotonic", lambda: next(clock, 3.0))
+    with progress_bar("part.nc", quiet=False) as advance:
         advance(0.1)
         early = capsys.readouterr()
         advance(0.6)

@@ -20,8 +20,8 @@ ROOT = Path(__file__).parents[1]
 FILES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("gcodesim/**/*.py"))
 
 THIRD_PARTY = {
-    "click": ["gcodesim/cli.py"],
-    "rich": ["gcodesim/cli.py", "gcodesim/report/*"],
+    "click": ["gcodesim/cli/*"],
+    "rich": ["gcodesim/cli/*", "gcodesim/report/*"],
     "trimesh": ["gcodesim/machine/mesh.py"],
     "yaml": ["gcodesim/machine/yaml_lines.py"],
     "pydantic": ["gcodesim/machine/*"],
@@ -43,7 +43,10 @@ LAYERS = {
     "check": TYPES | {"nc", "machine", "motion", "collision", "evidence", "audit"},
     "trace": TYPES | {"machine", "motion"},
     "study": TYPES | {"nc", "machine", "motion", "collision", "audit", "check", "__init__"},
-    "cli": TYPES | {"nc", "machine", "report", "check", "study", "explain", "__init__"},
+    "cli": TYPES
+    | {
+        *("nc", "machine", "motion", "report", "check", "study", "trace", "explain", "__init__"),
+    },
     "explain": TYPES | {"nc"},
     "__main__": {"cli"},
     "__init__": {"collision"},

@@ -42,7 +42,7 @@ def options(command: click.Command) -> set[str]:
 
 def words(usage: str) -> tuple[str, ...]:
     """The command words of a usage line: ``machine show`` of ``machine show M.yaml``."""
-    return tuple(word for word in usage.split() if word.isalpha() and word.islower())
+    return tuple(word for word in usage.split() if re.fullmatch("[a-z]+(-[a-z]+)*", word))
 
 
 def test_two_setup_commands_of_one_line_each() -> None:

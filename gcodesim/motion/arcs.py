@@ -55,7 +55,7 @@ def steepest_rises(arcs: NDArray[np.void]) -> NDArray[np.float64]:
 
     At the angle p from where a coordinate is largest it changes by -w r sin(p) m + lift, m its
     share of the plane, w the sweep: largest at a quarter turn, if the arc comes by there, else at
-    an end. Exact for a circle; where the radius grows by g, at most 2 m |g| too large.
+    an end. Exact for a circle; where the radius grows by g, at most m |g| (|w| + 2) too large.
     """
     sweep = np.radians(arcs["sweep"])[:, None]
     share, base = np.hypot(arcs["u"], arcs["v"]), np.arctan2(arcs["v"], arcs["u"])

@@ -96,6 +96,8 @@ def _spiral_extremes(arcs: NDArray[np.void], axis: int) -> Iterator[NDArray[np.f
         low = share * step if step < 1.0 else 1.0 - share * (2.0 - step)
         high = low + share / (SPIRAL_STEPS * EXTREMES_PER_END)
         rising = _slopes(arcs, axis, low)[0] > 0.0
+        if ((_slopes(arcs, axis, high)[0] > 0.0) == rising).all():
+            continue
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
             same = (_slopes(arcs, axis, middle)[0] > 0.0) == rising

@@ -14,7 +14,14 @@ from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 from gcodesim.motion.arcs import arc_pieces
 from gcodesim.motion.great_circle import cut_moves, levers
 from gcodesim.motion.moves import Moves
-from gcodesim.motion.tool_path import Array, Cut, TipMoves, at_right_angles, solved_axes
+from gcodesim.motion.tool_path import (
+    MAX_PIECES,
+    Array,
+    Cut,
+    TipMoves,
+    at_right_angles,
+    solved_axes,
+)
 from gcodesim.nc.program import (
     CanonicalProgram,
     Frame,
@@ -50,11 +57,16 @@ class ToolMoves:
         Args:
             moves: a move for every row of `tips` among others.
             columns: columns of the joints among X Y Z A B C.
+
+        Returns:
+            The moves; and what could not be followed (GC304, GC424).
         """
         tips, cut = self.tips, cut_moves(self.tips, self.centre, self.levers)
         at = np.searchsorted(moves.row, tips.row)
         count = np.ones(len(moves), np.intp)
         count[at] = np.bincount(cut.move, minlength=len(at))
+        if not count[at].all():
+            return self._cut_short(moves, columns, int(np.argmin(count[at])))
         index = np.repeat(np.arange(len(moves)), count)
         under = np.zeros(len(moves), bool)
         under[at] = True
@@ -67,6 +79,16 @@ class ToolMoves:
         pieces.q1[own[inner - 1]] = knots[:, columns]
         pieces = self._with_arcs(pieces, at, own, cut.move)
         return replace(pieces, deviation_mm=cut.deviation), self._straightened(cut)
+
+    def _cut_short(self, moves: Moves, columns: list[int], end: int) -> tuple[Moves, list[Finding]]:
+        """The same for the moves of the tip before number `end`, where the program stops."""
+        row = self.tips.row[end]
+        before = replace(self, tips=self.tips.taken(np.arange(end)), lengths=self.lengths[:end])
+        kept = moves.first(int(np.searchsorted(moves.row, row)))
+        pieces, findings = before.cut(kept, columns)
+        message = f"more than {MAX_PIECES} pieces of tool centre point moves; the check ends here"
+        line = int(self.program.line[row])
+        return pieces, [*findings, Finding("GC424", message, "max_pieces", line=line)]
 
     def _straightened(self, cut: Cut) -> list[Finding]:
         if not cut.straightened:

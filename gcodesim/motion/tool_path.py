@@ -47,6 +47,9 @@ Array = NDArray[np.float64]
 CHUNK = 16_384
 """Points solved at once: their arrays stay in the cache."""
 
+MAX_PIECES = 20_000_000
+"""Pieces that a program may be cut into; they take some 200 bytes each."""
+
 RIGHT_ANGLE = 1.0e-12
 """Slides whose directions have cosines below this stand at right angles."""
 
@@ -126,18 +129,22 @@ class Cut:
 def cut_evenly(
     tips: TipMoves, which: NDArray[np.intp], centre: ToolCentre, tolerance: float = TCP_DEVIATION_MM
 ) -> Cut:
-    """Cut the moves `which` into equal pieces, as many as the theorem asks for `tolerance`."""
+    """Cut the moves `which` into equal pieces, as many as the theorem asks for `tolerance`.
+
+    Moves beyond MAX_PIECES have none.
+    """
     chosen = tips.taken(which)
     still = np.zeros((len(which), 3))
     rates = np.abs(np.radians(chosen.end[:, 3:] - chosen.start[:, 3:]))
     exact = ~chosen.turns(centre) & ((chosen.arc < 0) | at_right_angles(centre))
     bound = np.where(exact, 0.0, curvature(chosen, centre, rates, still))
-    count = np.maximum(np.ceil(np.sqrt(bound / (8.0 * tolerance))), 1.0).astype(np.intp)
+    asked = np.maximum(np.ceil(np.sqrt(bound / (8.0 * tolerance))), 1.0)
+    count = np.where(np.cumsum(asked) <= MAX_PIECES, asked, 0.0).astype(np.intp)
     move = np.repeat(np.arange(len(count)), count)
     number = np.arange(len(move)) - np.repeat(np.cumsum(count) - count, count)
     inner = np.flatnonzero(number > 0)
     knots = chosen.at(move[inner], number[inner] / count[move[inner]])
-    deviation = float(np.max(bound / (8.0 * count * count), initial=0.0))
+    deviation = float(np.max(bound[move] / (8.0 * count[move] ** 2), initial=0.0))
     return Cut(which[move], 1.0 / count[move], knots, deviation)
 
 

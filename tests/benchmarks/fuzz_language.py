@@ -48,13 +48,46 @@ WORDS = (
     "G43.4H1G1X1A10F9 G92X5 G52Z1 G10L20P1X0 #1=#5021 X#5043 G51.1X0 "
     "(MSG,x) (DEBUG,#1) < > \xe4 \u20ac "
 )
+FIVE_AXIS = """G90 G17 G54 S900 M3 T1 M6
+G0 A-20 B10 C30
+G43.4 H1
+G1 X10 Y5 Z300 A-30 B15 C60 F500
+G2 X20 I5 A-25
+G91 G28 Z0
+G90 G43.5 H1
+G1 X1 Y2 I.3 J.2 K1
+G3 X5 R9 I0 J0 K1
+G49
+G53 G0 Z0
+G68.2 X1 Y2 Z3 I30 J20 K10
+G53.1
+G43 H2
+G0 X0 Y0 Z20
+G1 X10 ,R1 F100
+Y10 ,C2
+X0
+G81 X5 Y5 Z-5 R2
+G80 G69
+G254
+G54.2 P1
+G0 A5 C10
+X0 Y0
+G255
+M428
+G1 X9 A-10 F9
+M429
+M30"""
+"""A seed that goes through the five-axis codes of all dialects; those it lacks end it early."""
+
 PIECES = [*WORDS.split(), "\n", "\r", "\r\n", "\t", "\x00"]
 
 
 def seeds() -> list[list[str]]:
     """Return the lines of every seed."""
     paths = [path for pattern in SEEDS for path in sorted(ROOT.glob(pattern))]
-    return [decode(path.read_bytes()).splitlines()[: 3 * LINES] for path in paths]
+    programs = [decode(path.read_bytes()).splitlines()[: 3 * LINES] for path in paths]
+    # Of many seeds this one stands for what most others do not hold.
+    return programs + [FIVE_AXIS.splitlines()] * (len(programs) // 4)
 
 
 def mutants(programs: list[list[str]], count: int, seed: int) -> Iterator[str]:

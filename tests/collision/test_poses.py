@@ -5,7 +5,6 @@ from decimal import Decimal
 import numpy as np
 import pytest
 import warp as wp
-from collision.exact_angles import exact_sincosd
 from collision.scenes import Array, joint, machine, path, random_joints, random_path
 
 from gcodesim.collision.device import BIT_EQUAL

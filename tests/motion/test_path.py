@@ -7,7 +7,6 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from collision.exact_angles import exact_sincosd
 from collision.scenes import ACCELERATED, JERKED, joint, path, random_joints, random_path, unit
 from motion.programs import planned
 from numpy.typing import NDArray

@@ -16,6 +16,7 @@ from gcodesim.constants import TCP_DEVIATION_MM
 from gcodesim.findings import Finding
 from gcodesim.machine.model import Body, Machine, Part, Tool
 from gcodesim.motion.great_circle import levers
+from gcodesim.motion.limits import overtravels
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.tool_moves import followed
@@ -378,6 +379,38 @@ def test_a_machine_that_cannot_follow_ends_the_program_there(kind: str) -> None:
     assert [(f.code, f.line, f.effect) for f in findings] == [("GC402", 2, "inconclusive")]
     assert path.line.tolist() == [1]
     assert path.tool_changes == ()
+
+
+def test_a_tip_move_that_leaves_the_travel_in_its_middle() -> None:
+    """The tip stands, C turns nearly round: Y swings out between ends that both lie inside."""
+    m = of_type(AC, rotary=90.0)
+    turn = np.linspace(0.0, 330.0, 300_001)
+    rotary = np.stack([0.0 * turn, 0.0 * turn, turn], axis=1)
+    y = solved(m).axes_at([[30.0, -20.0, 30.0]], rotary, np.array(LENGTH["to"]))[:, 1]
+    limit = y.max() - 5.0
+    assert max(y[0], y[-1]) < limit
+    joints = [replace(j, upper=limit) if j.name == "Y" else j for j in m.joints]
+    path, _, _ = planned(m, tip(30, -20, 30), tip(30, -20, 30, 0, 0, 330, f=3600))
+    (finding,) = overtravels(path, tuple(joints))
+    assert (finding.code, finding.line) == ("GC301", 4)
+    assert f"Y reaches {y.max():.6g}"[:14] == finding.message[:14]
+    begin = path.bounds_ps[int(np.flatnonzero(path.line == 4)[0])] / 1e12
+    crossing = turn[int(np.argmax(y > limit))] / 60.0
+    assert finding.time_s == pytest.approx(begin + crossing, abs=1e-4)
+
+
+def test_too_many_pieces_end_the_program() -> None:
+    """C turns ten million times under the tip: that is not cut into pieces of 10 micrometres."""
+    m = of_type(AC)
+    path, findings, _ = planned(
+        m,
+        tip(40, 20, 30),
+        tip(40, 20, 30, 0, 0, 3.6e9),
+        tip(40, 20, 50),
+        {"kind": RAPID, "to": (0,)},
+    )
+    assert [(f.code, f.line, f.effect) for f in findings] == [("GC424", 4, "inconclusive")]
+    assert path.line.tolist()[-1] == 3
 
 
 def test_a_million_blocks(rng: np.random.Generator) -> None:

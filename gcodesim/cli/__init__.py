@@ -1,0 +1,65 @@
+"""The command line: what every command shares here, one file per family of commands beside it."""
+
+from __future__ import annotations
+
+import functools
+import sys
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from gcodesim import __version__
+from gcodesim.cli.check import check
+from gcodesim.cli.language import canon, explain
+from gcodesim.cli.machine import machine
+from gcodesim.cli.measure import bench, study
+from gcodesim.cli.trace import trace
+from gcodesim.errors import UsageError
+from gcodesim.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
+
+
+def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Turn errors and Ctrl-C into their exit codes: a crash must not look like FAIL, which is 1."""
+
+    @functools.wraps(command)
+    def run(*args: Any, **kwargs: Any) -> Any:
+        try:
+            return command(*args, **kwargs)
+        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            raise
+        except (UsageError, OSError) as error:
+            click.echo(f"gcodesim: {error}", err=True)
+            sys.exit(USAGE_EXIT)
+        except KeyboardInterrupt:
+            click.echo("gcodesim: interrupted; what has no report is not decided", err=True)
+            sys.exit(INTERRUPT_EXIT)
+        except Exception:
+            traceback.print_exc()
+            click.echo("gcodesim: a defect of gcodesim, please report it", err=True)
+            sys.exit(USAGE_EXIT)
+
+    return run
+
+
+class Group(click.Group):
+    """A group whose commands end with the exit codes of the contract."""
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command."""
+        return exits_cleanly(super().invoke)(ctx)
+
+
+@click.group(cls=Group, epilog=CONTRACT, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="gcodesim")
+def main() -> None:
+    """Find the first collision of a five-axis machine tool running an NC program.
+
+    Exit codes: 0 PASS, 1 FAIL, 3 INCONCLUSIVE, 2 the command could not be carried out,
+    130 interrupted.
+    """
+
+
+for command in (check, trace, canon, explain, machine, bench, study):
+    main.add_command(command)

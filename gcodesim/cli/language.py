@@ -1,0 +1,67 @@
+"""The commands `canon` and `explain`: what a program and a finding mean."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from gcodesim.cli.options import DIALECT, FiniteRange, progress_bar, read_text
+from gcodesim.verdict import EXIT_CODES
+
+
+@click.command()
+@click.argument("program")
+@click.option(
+    "--machine",
+    "machine_path",
+    metavar="M.yaml",
+    help="Machine file: offsets, tools, "
+    "reference points. Left out: a control with everything at zero.",
+)
+@click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
+@click.option("--dialect", type=DIALECT, help="How the control reads the program.")
+@click.option(
+    "--feed",
+    type=FiniteRange(min=0, min_open=True),
+    metavar="MM/MIN",
+    help="Feed until the first F word.",
+)
+@click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
+@click.option(
+    "--max-blocks",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Blocks after which the program counts as endless. Left out: 100 million.",
+)
+def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
+    """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
+    from gcodesim.findings import FAIL, INCONCLUSIVE
+    from gcodesim.machine.control import bare_control, control_for
+    from gcodesim.machine.loading import load_machine
+    from gcodesim.nc.canon import write_canon
+    from gcodesim.nc.control import MAX_BLOCKS
+    from gcodesim.nc.interpreter import interpret
+
+    most = given["max_blocks"] or MAX_BLOCKS
+    choices = (given["dialect"], given["feed"], given["block_delete"], most)
+    if machine_path:
+        control = control_for(load_machine(machine_path, tools=tools), *choices)
+    else:
+        control = bare_control(tools, *choices)
+    name, text = read_text(program)
+    with progress_bar(name, False) as progress:
+        meaning = interpret(text, control, name, progress)
+    write_canon(meaning, sys.stdout)
+    effects = {finding.effect for finding in meaning.findings}
+    sys.exit(EXIT_CODES.get(next((e for e in (FAIL, INCONCLUSIVE) if e in effects), "pass"), 0))
+
+
+@click.command()
+@click.argument("code")
+def explain(code: str) -> None:
+    """Say what CODE means and what to do: a code (GC405) or a meaning (feed_missing)."""
+    from gcodesim.explain import explain as explained
+
+    click.echo(explained(code))

@@ -1,0 +1,112 @@
+"""The commands `bench` and `study`: how fast, how exact, how stable."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import click
+
+from gcodesim.cli.options import progress_bar
+
+
+@click.command()
+@click.argument("program")
+@click.option(
+    "--machine",
+    "machine_path",
+    default="table_tilt",
+    show_default=True,
+    metavar="M.yaml",
+    help="Machine file, or the name of a shipped machine.",
+)
+@click.option(
+    "--device",
+    default="auto",
+    show_default=True,
+    metavar="auto|cpu|cuda[:N]",
+    help="Where to compute; the paper's tables are measured on the CPU too.",
+)
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0, min_open=True, max=1e6),
+    default=600.0,
+    show_default=True,
+    help="Least machine time of the long search: the motion is repeated until then.",
+)
+@click.option(
+    "--paper-samples",
+    type=click.IntRange(min=1, max=100_000),
+    default=50,
+    show_default=True,
+    metavar="N",
+    help="Samples at which the paper's method is timed.",
+)
+@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", metavar="FILE", help="Write all figures as rows.")
+def bench(program: str, json_path: str | None, csv_path: str | None, **given: Any) -> None:
+    """Measure this machine with PROGRAM: the seed paper's tables, every stage, the search."""
+    from rich.console import Console
+
+    from gcodesim.report.bench_report import print_bench, write_csv
+    from gcodesim.study.bench import BenchOptions
+    from gcodesim.study.bench import bench as measure
+
+    options = BenchOptions(
+        program, given["machine_path"], given["device"], given["seconds"], given["paper_samples"]
+    )
+    with progress_bar(program, False) as progress:
+        report = measure(options, progress)
+    print_bench(report, Console(highlight=False, soft_wrap=True))
+    if json_path:
+        with open(json_path, "w", encoding="utf-8") as out:
+            out.write(json.dumps(report, indent=1) + "\n")
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_csv(report, out)
+
+
+@click.group()
+def study() -> None:
+    """Show error against run time, stability, and what leaving out saves."""
+
+
+@study.command("leave-out")
+@click.argument("programs", nargs=-1, metavar="[PROGRAM...]")
+@click.option(
+    "--machine",
+    "machine_path",
+    default="table_tilt",
+    show_default=True,
+    metavar="M.yaml",
+    help="Machine file, or the name of a shipped machine.",
+)
+@click.option(
+    "--generated",
+    type=click.IntRange(min=0),
+    default=4,
+    show_default=True,
+    metavar="N",
+    help="Random programs of each kind (3 axes, 3+2, 5 axes) besides.",
+)
+@click.option("--seed", type=int, default=1, show_default=True, help="Of the random programs.")
+@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", metavar="FILE", help="Write one row per program.")
+def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
+    """Check PROGRAMs with everything and with only what they need, and compare."""
+    from rich.console import Console
+
+    from gcodesim.report.leave_out_report import print_leave_out, write_csv
+    from gcodesim.study.leave_out import leave_out_study
+
+    with progress_bar("programs", False) as progress:
+        report = leave_out_study(
+            list(programs), machine_path, given["generated"], given["seed"], progress
+        ).as_report()
+    print_leave_out(report, Console(highlight=False, soft_wrap=True))
+    if given["json_path"]:
+        with open(given["json_path"], "w", encoding="utf-8") as out:
+            out.write(json.dumps(report, indent=1) + "\n")
+    if given["csv_path"]:
+        with open(given["csv_path"], "w", encoding="utf-8", newline="") as out:
+            write_csv(report, out)

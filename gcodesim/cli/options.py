@@ -1,0 +1,82 @@
+"""Options and habits that several commands share: times, numbers, programs, the progress bar."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import click
+
+from gcodesim.constants import PS_PER_S
+from gcodesim.errors import UsageError
+
+UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
+DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
+
+
+def period(text: str) -> int:
+    """A time with its unit, `0.1ms`, `100us` or `1e-4s`, as a count of picoseconds."""
+    match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)
+    count = round(float(match[1]) * UNITS_PS[match[2]]) if match else 0
+    if not 1_000_000 <= count <= 10 * PS_PER_S:
+        raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")
+    return count
+
+
+class FiniteRange(click.FloatRange):
+    """A range of numbers: not a number and infinity, which compare oddly, are refused."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> float:
+        """Parse a finite number within the range."""
+        number = float(super().convert(value, param, ctx))
+        if not math.isfinite(number):
+            self.fail(f"{value!r}: expected a finite number, such as 2.5", param, ctx)
+        return number
+
+
+def machine_path_of(machine: str | None, setup: str | None) -> str:
+    """The machine file that was given, or the one that the setup names."""
+    from gcodesim.machine.setup import read_setup
+
+    path = machine or (read_setup(setup).machine if setup else None)
+    if path is None:
+        raise UsageError("no machine: give --machine M.yaml, or a --setup that names one")
+    return path
+
+
+def read_text(path: str) -> tuple[str, str]:
+    """Name and text of a program; `-` is standard input."""
+    from gcodesim.nc.reader import decode, read_program
+
+    if path == "-":
+        return "<stdin>", decode(sys.stdin.buffer.read())
+    return path, read_program(path)
+
+
+@contextmanager
+def progress_bar(name: str, quiet: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, shown after a second, and only on a terminal."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda fraction: None
+        return
+    from rich.console import Console
+    from rich.progress import Progress
+
+    bar = Progress(console=Console(stderr=True), transient=True)
+    task = bar.add_task(f"checking {name}", total=1.0)
+    begin = time.monotonic()
+
+    def advance(fraction: float) -> None:
+        if time.monotonic() - begin > 1.0:
+            bar.start()
+        bar.update(task, completed=fraction)
+
+    try:
+        yield advance
+    finally:
+        bar.stop()

@@ -1,0 +1,75 @@
+"""The command `trace`: axis positions over time."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+import click
+
+from gcodesim.cli.options import DIALECT, FiniteRange, machine_path_of, period, read_text
+from gcodesim.errors import UsageError
+from gcodesim.verdict import EXIT_CODES
+
+
+@click.command()
+@click.argument("program")
+@click.option(
+    "--machine",
+    "machine_path",
+    metavar="M.yaml",
+    help="Machine file, or the name of a shipped machine. Left out: the one the setup names.",
+)
+@click.option("--setup", metavar="FILE", help="Setup file: offsets, start, tools.")
+@click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
+@click.option("--dialect", type=DIALECT, help="How the control reads the program.")
+@click.option(
+    "--feed",
+    type=FiniteRange(min=0, min_open=True),
+    metavar="MM/MIN",
+    help="Feed until the first F word.",
+)
+@click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
+@click.option(
+    "--every",
+    type=period,
+    default="1ms",
+    show_default=True,
+    metavar="TIME",
+    help="Time between rows, with its unit.",
+)
+@click.option(
+    "--real",
+    is_flag=True,
+    help="Where the lagging drives are (`servo` of the machine file), not what is commanded.",
+)
+@click.option("--npz", metavar="FILE", help="Write NumPy columns instead of CSV on stdout.")
+def trace(program: str, machine_path: str | None, **given: Any) -> None:
+    """Print the axis positions of PROGRAM over time, as CSV: time_s, line, every axis."""
+    from gcodesim.findings import FAIL, INCONCLUSIVE
+    from gcodesim.machine.control import control_for
+    from gcodesim.machine.loading import load_machine
+    from gcodesim.motion.planner import plan
+    from gcodesim.nc.control import MAX_BLOCKS
+    from gcodesim.nc.interpreter import interpret
+    from gcodesim.trace import Trace, write_csv, write_npz
+
+    machine = load_machine(
+        machine_path_of(machine_path, given["setup"]), tools=given["tools"], setup=given["setup"]
+    )
+    if given["real"] and not any(joint.servo for joint in machine.joints):
+        raise UsageError(f"--real: no joint of {machine.name} has a `servo`")
+    choices = (given["dialect"], given["feed"], given["block_delete"], MAX_BLOCKS)
+    name, text = read_text(program)
+    meaning = interpret(text, control_for(machine, *choices), name)
+    path, _ = plan(meaning.program, machine)
+    made = Trace(path, machine, given["every"], given["real"])
+    if given["npz"]:
+        write_npz(made, given["npz"])
+    else:
+        write_csv(made, sys.stdout)
+    # What follows the first block that could not be followed is not in the trace.
+    for finding in meaning.findings:
+        if finding.effect in (FAIL, INCONCLUSIVE):
+            click.echo(f"{name}:{finding.line}: {finding.code} {finding.message}", err=True)
+            sys.exit(EXIT_CODES[finding.effect])
