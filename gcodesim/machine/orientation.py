@@ -9,6 +9,7 @@ cancels, so that joints are exact to rounding down to the pole.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,13 +111,13 @@ class RotaryAxes:
         """That turn with its sign [deg] of positions (n, 2): > 0 on the first solution, (n,)."""
         return _within_half_turn(degrees[:, 1] - self._base)
 
-    @property
+    @cached_property
     def shape(self) -> tuple[float, float]:
         """Angles [rad] between both axes, and between the second and the tool."""
         w1, w2 = self.axes
         return _angle(w1, w2), _angle(w2, self.tool_axis)
 
-    @property
+    @cached_property
     def _base(self) -> float:
         """Position [deg] of the second joint at which the tool is nearest to the first axis."""
         turn = _turn(self.axes[1], self.tool_axis[None, :], self.axes[:1])

@@ -22,7 +22,8 @@ d' = q1' w1 x d + q2' u x d, |d'| = W, d'' = -W^2 d and u' = q1' w1 x u follow
 with |d'.u| <= W sin(tau) and |d'.w1| <= W sin(delta). delta changes at most by W per s; phi is a
 monotone function of it, so that |V| is least and |m|, |n| are largest at the ends of its range. QED
 At a pole V is 0 and nothing can be bounded: pieces that turn the tool axis by
-less than POLE_STEP are straight in the joints by definition, and take the time the joints need.
+less than POLE_STEP have straight rotary joints by definition, are cut as in tool_path.py, and take
+the time the joints need.
 """
 
 from __future__ import annotations
@@ -154,40 +155,63 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
 
 def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
     """Cut the circles that the joints can follow; `which` are their numbers among all moves."""
-    move, ends, deviation, lost = halved(circles, reach)
+    halves = halved(circles, reach)
     # Positions of a move: where it starts, where its circle does, the ends of its pieces, where it
     # ends. The circle starts or ends elsewhere where a joint has to turn on the spot, at a pole.
-    count = np.bincount(move, minlength=len(which)) + 3
+    count = np.bincount(halves.move, minlength=len(which)) + 3
     owner = np.repeat(np.arange(len(which)), count)
     begin = np.cumsum(count) - count
     final = begin + count - 1
     inside = np.ones(len(owner), bool)
     inside[begin] = inside[final] = False
-    s = np.zeros(len(owner))
-    s[final] = 1.0
     on_circle = inside.copy()
     on_circle[begin + 1] = False
-    s[on_circle] = ends
+    s, free = np.zeros(len(owner)), ~on_circle
+    s[final] = 1.0
+    s[on_circle], free[on_circle] = halves.end, halves.free
     joints = np.empty((len(owner), 2))
     joints[begin], joints[final] = circles.start, circles.end
     joints[inside] = _unwound(circles, owner[inside], s[inside])
 
     kept = np.ones(len(owner), bool)
-    fits = ~lost
+    fits = ~halves.lost
     poles = circles.centre.rotary.pole_angles
     for there, here in ((begin, begin + 1), (final, final - 1)):
         spot = np.abs(joints[there] - joints[here]) > SAME_DEG
         at_pole = poles(circles.directions(owner[there], s[there])) < POLE
         fits &= ~spot.any(axis=1) | (at_pole & ~spot[:, 1])
         kept[here] = spot.any(axis=1)
+    # The end of the circle stands for the end of the move where both are the same.
+    free[final] = np.where(kept[final - 1], True, free[final - 1])
+    has_free = np.bincount(owner, free & kept & (s > 0.0), minlength=len(which)) > 0.0
+    fits &= ~has_free | (circles.tips.arc < 0)
     kept &= fits[owner]
-    ended = kept.copy()
-    ended[begin] = False
     points = circles.tips.at(owner, s)
     columns = [step.column for step in circles.centre.chain if step.joint.rotary]
     points[:, columns] = joints
-    share = np.diff(s[kept], prepend=0.0)[ended[kept]]
-    return Cut(which[owner[ended]], share, points[kept & inside], deviation)
+    cut = _with_spots(circles, owner[kept], s[kept], points[kept], free[kept])
+    return replace(cut, move=which[cut.move], deviation=max(cut.deviation, halves.deviation))
+
+
+def _with_spots(
+    circles: Circles, owner: NDArray[np.intp], s: Array, points: Array, free: NDArray[np.bool_]
+) -> Cut:
+    """Pieces between positions of moves; those that end `free` are cut so that the tip holds."""
+    after = np.flatnonzero(np.diff(owner, prepend=-1) == 0)
+    spots = after[free[after]]
+    moves = circles.tips.taken(owner[spots])
+    straight = np.full(len(spots), -1, np.int32)
+    moves = replace(moves, start=points[spots - 1], end=points[spots], arc=straight)
+    held = cut_evenly(moves, np.arange(len(spots)), circles.centre)
+    count = np.ones(len(after), np.intp)
+    count[free[after]] = np.bincount(held.move, minlength=len(spots))
+    piece = np.repeat(np.arange(len(after)), count)
+    knots = points[after[piece] - 1]
+    within = np.flatnonzero(np.diff(piece, prepend=-1) == 0)
+    knots[within] = held.knots
+    share = (s[after] - s[after - 1])[piece] / count[piece]
+    cut = Cut(owner[after[piece]], share, knots, held.deviation)
+    return replace(cut, knots=knots[cut.inner])
 
 
 def _unwound(circles: Circles, move: NDArray[np.intp], s: Array) -> Array:
@@ -202,45 +226,59 @@ def _unwound(circles: Circles, move: NDArray[np.intp], s: Array) -> Array:
     return np.asarray(way - way[is_first][move] + anchor[move])
 
 
-def halved(
-    circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM
-) -> tuple[NDArray[np.intp], Array, float, NDArray[np.bool_]]:
+@dataclass(frozen=True)
+class Halves:
+    """m pieces of n circles, in the order of execution.
+
+    Attributes:
+        move: the circle, shape (m,).
+        end: where the piece ends, 0 to 1, shape (m,).
+        free: the piece turns the tool axis by less than POLE_STEP and has no bound, shape (m,).
+        deviation: the largest bound of the others [mm].
+        lost: given up after MAX_HALVES, as a circle that leaves what the joints reach, shape (n,).
+    """
+
+    move: NDArray[np.intp]
+    end: Array
+    free: NDArray[np.bool_]
+    deviation: float
+    lost: NDArray[np.bool_]
+
+
+def halved(circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM) -> Halves:
     """Halve circles until every piece is within the tolerance or turns less than POLE_STEP.
 
     A bound holds for every part of a piece: where a few equal parts are enough, they are made.
-
-    Returns:
-        The move and the end of every piece, in the order of execution, shape (m,) each; the largest
-        bound of those that have one; and whether a circle was given up after MAX_HALVES, as one
-        that leaves what the joints reach, shape (n,).
     """
     move = np.arange(len(circles.angle))
     start, length = np.zeros(len(move)), np.ones(len(move))
-    moves, ends, deviation = [move[:0]], [start[:0]], 0.0
+    moves, ends, free, deviation = [move[:0]], [start[:0]], [move[:0] > 0], 0.0
     lost = np.zeros(len(move), bool)
     while len(move):
         bound = length**2 / 8.0 * _bend(circles, move, start, length, reach)
         parts = np.ceil(np.sqrt(np.minimum(bound / tolerance, 1e12))).astype(np.intp)
-        parts = np.where(circles.angle[move] * length < POLE_STEP, 1, np.maximum(parts, 1))
-        done = parts <= PARTS_AT_ONCE
+        few = parts <= PARTS_AT_ONCE
+        parts = np.where(few, np.maximum(parts, 1), 1)
+        done = few | (circles.angle[move] * length < POLE_STEP)
         many = np.repeat(np.flatnonzero(done), parts[done])
         number = np.arange(len(many)) - np.repeat(np.cumsum(parts[done]) - parts[done], parts[done])
         share = (number + 1) / parts[many]
         moves.append(move[many])
         ends.append(start[many] + np.where(share < 1.0, share, 1.0) * length[many])
-        shown = done & np.isfinite(bound)
-        deviation = max(deviation, float(np.max((bound / parts**2)[shown], initial=0.0)))
+        free.append(~few[many])
+        deviation = max(deviation, float(np.max((bound / parts**2)[few], initial=0.0)))
         half = 0.5 * length[~done]
         start = np.concatenate([start[~done], start[~done] + half])
         move, length = np.tile(move[~done], 2), np.tile(half, 2)
         lost |= np.bincount(move, minlength=len(lost)) > MAX_HALVES
         start, length, move = start[~lost[move]], length[~lost[move]], move[~lost[move]]
-    move, end = np.concatenate(moves), np.concatenate(ends)
-    kept = ~lost[move]
-    move = np.concatenate([move[kept], np.flatnonzero(lost)])
-    end = np.concatenate([end[kept], np.ones(np.count_nonzero(lost))])
-    order = np.lexsort((end, move))
-    return move[order], end[order], deviation, lost
+    moves.append(np.flatnonzero(lost))
+    ends.append(np.ones(len(moves[-1])))
+    free.append(moves[-1] < 0)
+    owner, end, unbound = np.concatenate(moves), np.concatenate(ends), np.concatenate(free)
+    order = np.lexsort((end, owner))
+    order = order[~lost[owner[order]] | (end[order] == 1.0)]
+    return Halves(owner[order], end[order], unbound[order], deviation, lost)
 
 
 def _bend(

@@ -58,23 +58,21 @@ class Pattern:
 
 def pattern_of(state: State) -> Pattern | None:
     """Return what every next hole of the active cycle does, None where they may differ."""
-    modal, number = state.modal, state.modal.cycle
-    w, (shift, _, sin) = PLANES[modal.plane][2], state.frames.shift
-    if number not in ALONG_DEPTH or (number == 820 and "P" not in modal.cycle_words):
+    modal, (shift, _, sin) = state.modal, state.frames.shift
+    # G82 without P is reported for every hole.
+    if modal.cycle not in ALONG_DEPTH or (modal.cycle == 820 and "P" not in modal.cycle_words):
         return None
     if sin and modal.plane != XY:
         return None
-    before, block = state.holes, Block("", 0, "")
+    before = state.holes
     try:
-        check_words(state, block, number)
-        hole = new_hole(Levels, state, block, number)
-        hole.rapid(hole.r)
-        STEPS[number](hole)
+        hole = _tried(state)
         counted = 1 + state.holes - before
     except ProgramError:
         return None
     finally:
         state.holes = before
+    w = hole.w
     level, position = start = state.point[w], state.position[w]
     kinds, depths = [], []
     for kind, target in hole.steps:
@@ -87,6 +85,20 @@ def pattern_of(state: State) -> Pattern | None:
     if (level, position) != start or level < hole.r or len(kinds) >= MOST_ROWS:
         return None
     return Pattern(kinds, depths, hole.seconds, counted)
+
+
+def _tried(state: State) -> Levels:
+    """Return the steps of the next hole behind the way to it.
+
+    Raises:
+        ProgramError: the hole would be refused.
+    """
+    number, block = state.modal.cycle, Block("", 0, "")
+    check_words(state, block, number)
+    hole = new_hole(Levels, state, block, number)
+    hole.rapid(hole.r)
+    STEPS[number](hole)
+    return hole
 
 
 class HoleRun(Run):

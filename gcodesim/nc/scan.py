@@ -79,7 +79,7 @@ class Words:
         has, value: letter -> whether, and with which value, the line holds it, shape (n,) each.
         ignored: ignored letter -> how often each line holds it, in the order first met.
         run_end: index of the next line that is not plain, shape (n,), counted from `first`.
-        next_run: index of the next line at which a run of some length may begin, shape (n + 1,).
+        next_run: index of the next line at which a run long enough may begin, shape (n,).
     """
 
     first: int

@@ -1,4 +1,4 @@
-"""Angles, arcs, ramps and drives to 28 digits and more: the truth of `study stability` and tests."""
+"""Angles, arcs, ramps and drives to 28 digits and more: the truth of studies and tests."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def exact_hop_time(speed: float, jerk: float, way: float) -> Decimal:
 
 
 def exact_functions(theta: float, z: float) -> list[list[float]]:
-    """exp and phi_1..phi_3 of theta ((0, -1), (1, -2 z)) by their series, row by row, (4, 4).
+    """Exponential and phi_1..phi_3 of theta ((0, -1), (1, -2 z)) by their series: rows (4, 4).
 
     As many digits as the largest term has before the point, and 100 more.
     """

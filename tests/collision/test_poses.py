@@ -21,6 +21,7 @@ from gcodesim.collision.poses import (
 )
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.path import Path
+from gcodesim.study.exact_motion import exact_sincosd
 
 wp.set_module_options(BIT_EQUAL)
 

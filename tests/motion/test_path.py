@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
-from fractions import Fraction
-
 import numpy as np
 import pytest
 from collision.scenes import ACCELERATED, JERKED, joint, path, random_joints, random_path, unit
@@ -13,26 +10,7 @@ from numpy.typing import NDArray
 
 from gcodesim.motion.path import ARC_PIECE, arc_displacement
 from gcodesim.nc.program import Kind
-
-
-def decimal(x: float | Fraction) -> Decimal:
-    exact = Fraction(x)
-    return Decimal(exact.numerator) / Decimal(exact.denominator)
-
-
-def exact_displacement(arc: NDArray[np.void], s: float) -> NDArray[np.float64]:
-    """r(s) (cos a u + sin a v) - r0 u + s lift of the arc as stored, to 28 digits."""
-    sine, cosine = exact_sincosd(Fraction(float(arc["sweep"])) * Fraction(s))
-    r0, r1 = Fraction(float(arc["r0"])), Fraction(float(arc["r1"]))
-    radius = decimal(r0 + (r1 - r0) * Fraction(s))
-    along_u, along_v = radius * cosine - decimal(r0), radius * sine
-    axes = [[decimal(float(x)) for x in arc[name]] for name in ("u", "v", "lift")]
-    return np.array(
-        [
-            float(along_u * u + along_v * v + decimal(s) * lift)
-            for u, v, lift in zip(*axes, strict=True)
-        ]
-    )
+from gcodesim.study.exact_motion import exact_displacement
 
 
 def plane(rng: np.random.Generator) -> tuple[NDArray[np.float64], ...]:

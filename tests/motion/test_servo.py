@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from decimal import Decimal, localcontext
+from decimal import Decimal
 from math import exp, expm1, inf, pi
 
 import numpy as np
@@ -23,6 +23,7 @@ from gcodesim.motion.servo import (
     servo_deviation,
 )
 from gcodesim.nc.program import Kind
+from gcodesim.study.exact_motion import exact_functions
 
 DT = 1e-4
 TAUS = 10.0 ** np.arange(-9.0, 1.1, 0.5)
@@ -57,29 +58,6 @@ def test_a_step_decays_to_four_ulp_and_never_gains(tau: float) -> None:
     assert np.abs(step - exact_step).max() <= 4 * np.spacing(1.0)
     assert (kept >= 0).all()
     assert (kept <= 1).all()
-
-
-def exact_functions(theta: float, z: float) -> list[list[float]]:
-    """exp and phi_1..phi_3 of theta ((0, -1), (1, -2 z)) by their series, to 100 digits."""
-    with localcontext(prec=100 + int(theta * (1 + 2 * z))):
-        b = [[Decimal(0), -Decimal(theta)], [Decimal(theta), -2 * Decimal(z) * Decimal(theta)]]
-        found = []
-        for k in range(4):
-            term = [[Decimal(1), Decimal(0)], [Decimal(0), Decimal(1)]]
-            for i in range(1, k + 1):
-                term = [[v / i for v in row] for row in term]
-            total, i = [row[:] for row in term], k
-            while max(abs(v) for row in term for v in row) > Decimal(10) ** -60 or i < 10:
-                i += 1
-                term = [
-                    [sum(term[r][m] * b[m][c] for m in (0, 1)) / i for c in (0, 1)] for r in (0, 1)
-                ]
-                total = [
-                    [x + y for x, y in zip(*rows, strict=True)]
-                    for rows in zip(total, term, strict=True)
-                ]
-            found.append([float(v) for row in total for v in row])
-        return found
 
 
 @pytest.mark.parametrize("z", [0.05, 0.7, 1.0 - 1e-9, 1.0, 1.0 + 1e-9, 3.0])

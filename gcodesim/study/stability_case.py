@@ -1,0 +1,40 @@
+"""A case of the study of stability: one quantity, by the usual formulation and by ours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Case:
+    """One line of the table.
+
+    Attributes:
+        topic: what the case is about.
+        case: the stiff or extreme input.
+        quantity: what is measured; 0 is perfect.
+        usual: the usual formulation; empty where there is none to compare with.
+        naive: what that one gives.
+        ours: what gcodesim gives.
+        tolerance: the largest value that is right.
+        unit: of all three.
+    """
+
+    topic: str
+    case: str
+    quantity: str
+    usual: str
+    naive: float | None
+    ours: float
+    tolerance: float
+    unit: str
+
+    @property
+    def ok(self) -> bool:
+        """Ours keeps the tolerance; what is not a number does not."""
+        return self.ours <= self.tolerance
+
+    @property
+    def naive_ok(self) -> bool | None:
+        """The usual formulation keeps it too; None where there is none."""
+        return None if self.naive is None else self.naive <= self.tolerance
