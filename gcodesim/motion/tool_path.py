@@ -75,7 +75,7 @@ class TipMoves:
     arcs: NDArray[np.void]
     great: NDArray[np.bool_]
 
-    def taken(self, index: NDArray[np.intp]) -> TipMoves:
+    def taken(self, index: NDArray[np.intp] | slice) -> TipMoves:
         """The moves `index`."""
         return TipMoves(
             self.row[index],
@@ -134,10 +134,10 @@ def cut_evenly(
     Moves beyond MAX_PIECES have none.
     """
     chosen = tips.taken(which)
-    still = np.zeros((len(which), 3))
-    rates = np.abs(np.radians(chosen.end[:, 3:] - chosen.start[:, 3:]))
-    exact = ~chosen.turns(centre) & ((chosen.arc < 0) | at_right_angles(centre))
-    bound = np.where(exact, 0.0, curvature(chosen, centre, rates, still))
+    bound = np.empty(len(which))
+    for first in range(0, len(which), CHUNK):
+        part = slice(first, first + CHUNK)
+        bound[part] = _linear_curvature(chosen.taken(part), centre)
     asked = np.maximum(np.ceil(np.sqrt(bound / (8.0 * tolerance))), 1.0)
     count = np.where(np.cumsum(asked) <= MAX_PIECES, asked, 0.0).astype(np.intp)
     move = np.repeat(np.arange(len(count)), count)
@@ -146,6 +146,13 @@ def cut_evenly(
     knots = chosen.at(move[inner], number[inner] / count[move[inner]])
     deviation = float(np.max(bound[move] / (8.0 * count[move] ** 2), initial=0.0))
     return Cut(which[move], 1.0 / count[move], knots, deviation)
+
+
+def _linear_curvature(tips: TipMoves, centre: ToolCentre) -> Array:
+    """The bound c R of moves whose rotary joints run linearly, shape (n,); 0 where one is exact."""
+    exact = ~tips.turns(centre) & ((tips.arc < 0) | at_right_angles(centre))
+    rates = np.abs(np.radians(tips.end[:, 3:] - tips.start[:, 3:]))
+    return np.where(exact, 0.0, curvature(tips, centre, rates, np.zeros_like(rates)))
 
 
 def solved_axes(centre: ToolCentre, points: Array, offset: Array) -> Array:
