@@ -21,9 +21,9 @@ d' = q1' w1 x d + q2' u x d, |d'| = W, d'' = -W^2 d and u' = q1' w1 x u follow
 
 with |d'.u| <= W sin(tau) and |d'.w1| <= W sin(delta). delta changes at most by W per s; phi is a
 monotone function of it, so that |V| is least and |m|, |n| are largest at the ends of its range. QED
-At a pole V is 0 and nothing can be bounded: pieces that turn the tool axis by
-less than POLE_STEP have straight rotary joints by definition, are cut as in tool_path.py, and take
-the time the joints need.
+
+At a pole V is 0 and nothing can be bounded: a piece that turns the tool axis by less than POLE_STEP
+has straight rotary joints by definition, is cut as in tool_path.py, and takes the time they need.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ PARTS_AT_ONCE = 16
 """Parts that a piece is cut into at once; more would make pieces shorter than they must be."""
 
 MAX_HALVES = 20_000
-"""Pieces of one circle without a bound at once: a circle past a pole has some ten."""
+"""Pieces of one circle that are still too coarse: at most so many at once. A circle past a pole has
+some ten; one that leaves what the joints reach has no end of them."""
 
 LIMIT_STEP = 1.0e-8
 """Where a circle leaves a pole, its direction is asked this far from it [rad]."""
@@ -61,7 +62,7 @@ FREE_TRAVEL_MM = 10_000.0
 
 @dataclass(frozen=True)
 class Circles:
-    """n moves whose tool axis runs along a great circle, not shorter nor longer than a half one.
+    """n moves whose tool axis runs along a great circle, the shorter way.
 
     Attributes:
         tips: the moves.

@@ -22,6 +22,9 @@ Floats = NDArray[np.float64]
 TAUS = 10.0 ** np.arange(-9.0, 1.1, 0.5)
 """Time constants of drives [s]."""
 
+FASTEST = 1000.0
+"""Largest feed of the moves [mm/s]."""
+
 STEPS = 20
 """Samples after which a drive is looked at."""
 
@@ -141,20 +144,53 @@ def accelerations(quick: bool) -> Iterator[Case]:
 
 
 def jerks(quick: bool) -> Iterator[Case]:
-    """Moves from a speed back to it at limited jerk: how long a slight rise takes."""
+    """Moves from a speed back to it at limited jerk: how long a slight rise takes.
+
+    The top speed is bisected between the speed and the feed, to 3e-14 of that: from below, so that
+    no move is too fast.
+    """
     count = 100 if quick else 1000
     rng = np.random.default_rng([SEED, 6])
     naive = ours = 0.0
     for v, j, d in (10.0 ** rng.uniform([-3, -3, -6], [3, 9, 4], (count, 3))).tolist():
-        found = phases(*np.array([[v], [v], [1e12], [d], [1e12], [j]])).seconds.sum()
+        found = phases(*np.array([[v], [v], [FASTEST], [d], [1e12], [j]])).seconds.sum()
         exact = exact_hop_time(v, j, d)
+        if Decimal(j) * (exact / 4) ** 2 > FASTEST - v:
+            continue
         ours = max(ours, abs(float(Decimal(float(found)) / exact - 1)))
         top = v + float(Decimal(j) * (exact / 4) ** 2)
         naive = max(naive, abs(float(Decimal(4.0 * sqrt((top - v) / j)) / exact - 1)))
     yield Case(
         "ramps", "v 1e-3..1e3, jerk 1e-3..1e9, d 1e-6..1e4", "time, relative",
-        "4 sqrt((top - v)/j)", naive, ours, 1e-12, "",
+        "4 sqrt((top - v)/j)", naive, ours, 1e-8, "",
     )  # fmt: skip
 
 
-DRIVES = (steps_of_drives, ramps_of_drives, second_order, accelerations, jerks)
+def limits(quick: bool) -> Iterator[Case]:
+    """Acceleration and jerk up to twelve powers of ten apart: phases vanish at one end or another.
+
+    A fault is a jump between pieces, a piece without time, and a way that runs backwards.
+    """
+    machine, faults = free_machine(), 0
+    rng = np.random.default_rng([SEED, 7])
+    to = np.cumsum(10.0 ** rng.uniform(-4, 2, (300, 3)) * rng.choice([-1, 0, 1], (300, 3)), axis=0)
+    feeds = 10.0 ** rng.uniform(0, 6, 300)
+    text = "\n".join(
+        f"G1 X{x:.4f} Y{y:.4f} C{c:.4f} F{f:.3f}"
+        for (x, y, c), f in zip(to.tolist(), feeds.tolist(), strict=True)
+    )
+    values = (1e-3, 1e3, 1e9)
+    for a, j in ((a, j) for a in values for j in values):
+        joints = (replace(q, max_acceleration=a, max_jerk=j) for q in machine.joints)
+        limited = replace(machine, joints=tuple(joints))
+        for time in ("acceleration", "jerk"):
+            path, _ = path_of(text, replace(limited, time=time))
+            faults += np.count_nonzero(path.q0[1:] != path.q1[:-1])
+            faults += np.count_nonzero(np.diff(path.bounds_ps) <= 0)
+            slopes = [path.law @ [1, 2 * x, 3 * x * x] for x in np.linspace(0, 1, 11)]
+            faults += np.count_nonzero(~(np.min(slopes, axis=0) >= -1e-14))
+    case = "a and jerk 1e-3 .. 1e9 in any pairing"
+    yield Case("ramps", case, "faults of the path", "", None, float(faults), 0.0, "faults")
+
+
+DRIVES = (steps_of_drives, ramps_of_drives, second_order, accelerations, jerks, limits)

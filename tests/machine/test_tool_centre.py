@@ -208,6 +208,21 @@ def test_a_frame_shift_of_the_whole_machine_changes_nothing(rng: np.random.Gener
     )
 
 
+def test_in_another_unit_the_linear_joints_scale(rng: np.random.Generator) -> None:
+    m = random_machine(rng)
+    tool = m.tool
+    assert tool is not None
+    metric = replace(
+        m,
+        joints=tuple(replace(j, point=25.4 * j.point) for j in m.joints),
+        tool=replace(tool, gauge_point=25.4 * tool.gauge_point),
+    )
+    axes, offset = random_poses(rng, solved(m), 100)
+    scaled = axes * ([25.4] * 3 + [1.0] * 3)
+    tips = solved(m).tips(axes, offset)
+    np.testing.assert_allclose(solved(metric).tips(scaled, 25.4 * offset), 25.4 * tips, atol=1e-8)
+
+
 @pytest.mark.parametrize("kind", TYPES)
 def test_at_rotary_zero_a_point_is_its_own_axis_position(kind: str) -> None:
     centre = solved(machine(*TYPES[kind], POINTS))

@@ -234,6 +234,9 @@ def angles_off_the_circle(m: Machine, q: Array) -> Array:
 @pytest.mark.parametrize("tilts", [(20, 60), (-20, -60), (0.5, 0.7)])
 def test_the_tool_axis_runs_along_a_great_circle(kind: str, tilts: tuple[float, float]) -> None:
     m = of_type(kind, linear=1e9, rotary=1e9)
+    corner = Part("corner", np.full((1, 3, 3), 1500.0))
+    links = [joint.child for joint in m.joints if joint.rotary]
+    m = replace(m, bodies={name: Body(name, name, (corner,)) for name in links})
     first, last = tilts
     path, _, p = planned(m, tip(10, 20, 30, first, first, 20), circle(40, 0, 60, last, last, 160))
     pieces = np.flatnonzero(path.line == 4)
