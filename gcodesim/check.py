@@ -143,6 +143,7 @@ def check_program(
             *(evidence.placed(finding, name, meaning) for finding in findings),
         ),
         coverage=evidence.coverage(detection, machine, meaning, between, searches, said),
+        largest_step=evidence.largest_step(detection, path),
         contacts=evidence.contacts(detection),
         clearances=evidence.clearances(detection, path),
         left_out=evidence.left_out(detection, machine, path) if searches else (),

@@ -26,6 +26,7 @@ from gcodesim.verdict import (
     ContactInterval,
     Coverage,
     FirstContact,
+    LargestStep,
     LeftOut,
     SmallestDistance,
 )
@@ -162,6 +163,14 @@ def clearances(detection: Detection, path: Path) -> tuple[SmallestDistance, ...]
         )
         for pair, near in smallest.items()
     )
+
+
+def largest_step(detection: Detection, path: Path) -> LargestStep | None:
+    """The largest step from sample to sample, over all spans; None when nothing moves."""
+    if not detection.steps:
+        return None
+    pair, step = max(detection.steps, key=lambda entry: entry[1].distance)
+    return LargestStep(step.distance, (pair.a, pair.b), int(path.line[step.piece]))
 
 
 def left_out(detection: Detection, machine: Machine, path: Path) -> tuple[LeftOut, ...]:

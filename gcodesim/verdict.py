@@ -89,6 +89,15 @@ class SmallestDistance:
 
 
 @dataclass(frozen=True)
+class LargestStep:
+    """The largest distance a vertex can move against its partner from sample to sample."""
+
+    mm: float
+    pair: tuple[str, str]
+    line: int
+
+
+@dataclass(frozen=True)
 class LeftOut:
     """Something that was not looked at, and the margin that proves it; see the report schema."""
 
@@ -123,6 +132,7 @@ class CheckResult:
     coverage: Coverage
     tool_times: tuple[tuple[int | None, float], ...] = ()
     tolerance_mm: float = TOLERANCE_MM
+    largest_step: LargestStep | None = None
     contacts: tuple[ContactInterval, ...] = ()
     clearances: tuple[SmallestDistance, ...] = ()
     left_out: tuple[LeftOut, ...] = ()

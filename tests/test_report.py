@@ -181,8 +181,8 @@ def test_json_has_the_keys_of_the_schema() -> None:
     assert list(report) == [
         *("schema", "verdict", "program", "machine", "verified_model", "device", "method"),
         *("dialect", "sample_period_s", "samples", "duration_s", "tool_times", "blocks"),
-        *("tolerance_mm", "slack_mm", "first_contact", "contacts", "clearances", "findings"),
-        *("coverage", "left_out", "work", "timing_s"),
+        *("tolerance_mm", "slack_mm", "largest_step", "first_contact", "contacts", "clearances"),
+        *("findings", "coverage", "left_out", "work", "timing_s"),
     ]
     assert report["schema"] == "gcodesim.report/1"
     assert report["verdict"] == "fail"

@@ -9,6 +9,9 @@ import click
 
 from gcodesim.cli.options import progress_bar
 
+WIDTH = 160
+"""Columns that the tables of a study take."""
+
 
 @click.command()
 @click.argument("program")
@@ -110,3 +113,64 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
     if given["csv_path"]:
         with open(given["csv_path"], "w", encoding="utf-8", newline="") as out:
             write_csv(report, out)
+
+
+@study.command()
+@click.option(
+    "--quick/--full",
+    default=True,
+    show_default=True,
+    help="Few settings and starts in a minute, or all of them with 20 starts each.",
+)
+@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every setting.")
+@click.option(
+    "--plot", "plot_path", metavar="FILE", help="Draw the diagrams as PNG; needs gcodesim[plot]."
+)
+def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
+    """Error of the first contact against run time, on scenes whose contact has a closed form."""
+    from gcodesim.report.study_plot import plot_accuracy, require_matplotlib
+    from gcodesim.report.study_report import print_accuracy, write_accuracy_csv
+    from gcodesim.study.accuracy import FULL, QUICK, study_accuracy
+
+    if plot_path:
+        require_matplotlib()
+    with progress_bar("scenes", False) as progress:
+        report = study_accuracy(QUICK if quick else FULL, progress)
+    print_accuracy(report, _wide_console())
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_accuracy_csv(report, out)
+    if plot_path:
+        plot_accuracy(report, plot_path)
+
+
+@study.command()
+@click.option(
+    "--pairs",
+    type=click.IntRange(min=1, max=1_000_000),
+    default=2_000,
+    show_default=True,
+    metavar="N",
+    help="Pairs of triangles of each family.",
+)
+@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every family and test.")
+def triangles(pairs: int, csv_path: str | None) -> None:
+    """Misses and false alarms of triangle tests on 13 hard families, against exact answers."""
+    from gcodesim.report.study_report import print_triangles, write_triangles_csv
+    from gcodesim.study.triangle_study import study_triangles
+
+    with progress_bar("triangles", False) as progress:
+        report = study_triangles(pairs, progress)
+    print_triangles(report, _wide_console())
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_triangles_csv(report, out)
+
+
+def _wide_console() -> Any:
+    """A console that does not squeeze wide tables where the terminal is narrow, or none."""
+    from rich.console import Console
+
+    console = Console(highlight=False, soft_wrap=True)
+    console.width = max(console.width, WIDTH)
+    return console

@@ -1,4 +1,4 @@
-"""Departure: how far a pair may stand from where the path has it, and what that widens.
+"""Departure: how far a pair may stand from where the path has it, and from sample to sample.
 
 Three things keep a machine off the path that is checked: a control that rounds corners within a
 stated tolerance, drives that lag behind, and pieces that stand for a move under tool centre point
@@ -7,16 +7,33 @@ control. Each is bounded before the search, which then proves that much more dis
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gcodesim.collision.bounds import axis_distances, common_frame
 from gcodesim.collision.poses import joints_between
 from gcodesim.collision.scene import Scene
+from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Joint
 from gcodesim.motion.off_path import OffPath
+from gcodesim.motion.path import Path
+from gcodesim.motion.speeds import piece_speeds
+
+
+@dataclass(frozen=True)
+class Step:
+    """How far a vertex of one body moves against its partner from one sample to the next.
+
+    Attributes:
+        distance: upper bound [mm].
+        pair: index in the scene.
+        piece: of the path.
+    """
+
+    distance: float
+    pair: int
+    piece: int
 
 
 def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> tuple[float, ...]:
@@ -31,32 +48,46 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> tuple[f
         joints: with the travel of the program as their limits.
         off: see OffPath.
     """
-    lag = off.lag or (0.0,) * len(joints)
-    # Joints beyond a lagging axis may themselves be off, to either side of their travel.
-    loose = tuple(
-        replace(joint, lower=joint.lower - e, upper=joint.upper + e)
-        for joint, e in zip(joints, lag, strict=True)
-    )
-    found = []
-    for shapes, links in zip(scene.shapes, scene.links, strict=True):
+    moving = [bool(joints_between(joints, *links)) for links in scene.links]
+    total = np.where(moving, off.tolerance_mm, 0.0)
+    if any(off.lag):
+        # Joints beyond a lagging axis may themselves be off, to either side of their travel.
+        loose = tuple(
+            replace(joint, lower=joint.lower - e, upper=joint.upper + e)
+            for joint, e in zip(joints, off.lag, strict=True)
+        )
+        total = total + joint_levers(scene, loose) @ np.array(off.lag)
+    return tuple(total.tolist())
+
+
+def largest_step(
+    scene: Scene, joints: tuple[Joint, ...], path: Path, pieces: range, period_ps: int
+) -> Step | None:
+    """The largest step from sample to sample of any pair on some pieces; None without motion."""
+    speeds = piece_speeds(path)[pieces.start : pieces.stop]
+    if not len(speeds) or not scene.pairs:
+        return None
+    steps = speeds @ joint_levers(scene, joints).T * (period_ps / PS_PER_S)
+    piece, pair = np.unravel_index(int(np.argmax(steps)), steps.shape)
+    return Step(float(steps[piece, pair]), int(pair), pieces.start + int(piece))
+
+
+def joint_levers(scene: Scene, joints: tuple[Joint, ...]) -> np.ndarray:
+    """How far a unit of each joint moves a point of one body of each pair against the other.
+
+    Upper bounds, shape (pairs, joints): 1 for a linear joint between the two, the largest distance
+    from the axis for a rotary one [mm/deg], 0 for a joint that moves both or none.
+    """
+    levers = np.zeros((len(scene.pairs), len(joints)))
+    for pair, (shapes, links) in enumerate(zip(scene.shapes, scene.links, strict=True)):
         frame = common_frame(joints, *links)
-        total = off.tolerance_mm if joints_between(joints, *links) else 0.0
         for shape, link in zip(shapes, links, strict=True):
             chain = joints_between(joints, frame, link)
-            total += _side(loose, lag, chain, shape.regions.triangles)
-        found.append(total)
-    return tuple(found)
-
-
-def _side(
-    joints: tuple[Joint, ...],
-    lag: Sequence[float],
-    chain: list[tuple[int, int]],
-    triangles: np.ndarray,
-) -> float:
-    moved = sum(lag[column] for column, _ in chain if not joints[column].rotary)
-    for step, (column, _) in enumerate(chain):
-        if joints[column].rotary and lag[column] > 0.0:
-            lever = axis_distances(joints, column, chain[step + 1 :], triangles).max()
-            moved += float(np.radians(lag[column]) * lever)
-    return moved
+            for step, (column, _) in enumerate(chain):
+                lever = 1.0
+                if joints[column].rotary:
+                    triangles, beyond = shape.regions.triangles, chain[step + 1 :]
+                    farthest = axis_distances(joints, column, beyond, triangles).max()
+                    lever = float(np.radians(farthest))
+                levers[pair, column] += lever
+    return levers

@@ -9,8 +9,10 @@ import numpy as np
 import warp as wp
 
 from gcodesim.collision import chords, exhaustive, search_kernel, tree_kernel
+from gcodesim.collision.bounds import travelled
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.containment import find_containments
+from gcodesim.collision.departure import Step, largest_step
 from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
 from gcodesim.collision.poses import PathArrays, path_arrays
@@ -40,6 +42,7 @@ class Detection:
         missing: stretches of time in which the tool has no shape.
         undecided: open parts for which containment cannot be decided, with their pair.
         findings: what the search found per span besides the first contact.
+        steps: per span the largest step of a pair from sample to sample, and the pair.
     """
 
     contact: Contact | None = None
@@ -48,6 +51,7 @@ class Detection:
     missing: list[Span] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
+    steps: list[tuple[Pair, Step]] = field(default_factory=list)
     work: Work = field(default_factory=Work)
 
 
@@ -95,6 +99,7 @@ def detect(task: Task) -> Detection:
     if not len(task.path):
         return detection
     arrays = path_arrays(task.path, task.device)
+    travels = travelled(task.machine.joints, task.path)
     for span in _spans_by_body(task):
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
@@ -108,6 +113,9 @@ def detect(task: Task) -> Detection:
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
         place = Place(task.machine, task.path, scene, span, task.period_ps)
+        step = largest_step(scene, travels, task.path, _pieces(task.path, span), task.period_ps)
+        if step:
+            detection.steps.append((scene.pairs[step.pair], step))
         if task.method == "search":
             contact, findings = search_span(place, arrays, task.aims, detection.work, task.progress)
             detection.findings.append(findings)
@@ -119,6 +127,11 @@ def detect(task: Task) -> Detection:
         if detection.contact and not task.aims.stop_all:
             break
     return detection
+
+
+def _pieces(path: Path, span: Span) -> range:
+    first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
+    return range(first, end)
 
 
 def _order(contact: Contact) -> tuple[int, bool]:

@@ -37,8 +37,8 @@ from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Machine, Servo
-from gcodesim.motion.arcs import steepest_rises
 from gcodesim.motion.path import Path, arc_displacement, path_fraction
+from gcodesim.motion.speeds import joint_speeds, largest_slope
 
 Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]
@@ -73,28 +73,6 @@ def lag_gain(servo: Servo | None) -> float:
     c = sqrt((1.0 - z) * (1.0 + z))
     r, m = exp(-pi * z / c), exp(-z * (asin(z) + pi / 2.0) / c)
     return (2.0 * z + 2.0 * m / (1.0 - r)) * servo.time_constant
-
-
-def joint_speeds(path: Path) -> Floats:
-    """Bound of the speed of every joint on the path, shape (joints,) [mm/s or deg/s]."""
-    if not len(path):
-        return np.zeros(len(path.joints))
-    rate = _largest_slope(path.law) * PS_PER_S / np.diff(path.bounds_ps)
-    way = np.abs(path.q1 - path.q0)
-    on_arc = np.flatnonzero(path.arc >= 0)
-    moved = steepest_rises(path.arcs[path.arc[on_arc]])
-    for axis, column in enumerate(path.xyz):
-        if column >= 0:
-            way[on_arc, column] = moved[:, axis]
-    return np.asarray((way * rate[:, None]).max(axis=0))
-
-
-def _largest_slope(law: Floats) -> Floats:
-    """Largest speed of each law: at an end, or where the second derivative vanishes, (n,)."""
-    c1, c2, c3 = law.T
-    turn = np.clip(np.divide(-c2, 3.0 * c3, out=np.zeros_like(c2), where=c3 != 0.0), 0.0, 1.0)
-    slopes = [c1 + 2.0 * c2 * tau + 3.0 * c3 * tau * tau for tau in (0.0, 1.0, turn)]
-    return np.asarray(np.max(slopes, axis=0))
 
 
 def lagged_positions(path: Path, machine: Machine, times: NDArray[np.int64]) -> Floats:
@@ -156,7 +134,7 @@ def _arc_parts(path: Path, on_arc: NDArray[np.intp]) -> NDArray[np.int64]:
     + 4 s1 s3), and |fk| <= r D^k + k g D^(k-1) for an angle D, radius r and its growth g.
     """
     arcs, (_, c2, c3) = path.arcs[path.arc[on_arc]], path.law[on_arc].T
-    first, second, third = _largest_slope(path.law[on_arc]), 2.0 * np.abs(c2), 6.0 * np.abs(c3)
+    first, second, third = largest_slope(path.law[on_arc]), 2.0 * np.abs(c2), 6.0 * np.abs(c3)
     second = np.maximum(second, np.abs(2.0 * c2 + 6.0 * c3))
     angle = np.radians(np.abs(arcs["sweep"]))
     radius, grown = np.maximum(arcs["r0"], arcs["r1"]), np.abs(arcs["r1"] - arcs["r0"])

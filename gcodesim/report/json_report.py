@@ -34,6 +34,7 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "blocks": result.blocks,
         "tolerance_mm": result.tolerance_mm,
         "slack_mm": SLACK_MM,
+        "largest_step": asdict(result.largest_step) if result.largest_step else None,
         "first_contact": _first_contact(result),
         "contacts": [asdict(interval) for interval in result.contacts],
         "clearances": [asdict(distance) for distance in result.clearances],

@@ -138,6 +138,8 @@ def _checked(result: CheckResult) -> Iterator[str]:
     looked = f"every {result.sample_period_s * 1e3:g} ms and at block ends"
     motion = f"{result.blocks} blocks, {result.duration_s:.3f} s, {result.samples} samples"
     yield f"  motion: {motion} ({looked})"
+    if result.largest_step:
+        yield f"  between samples: {_between(result)}"
     if len(result.tool_times) > 1:
         times = (f"{_spindle(tool)} {time_s:.3f} s" for tool, time_s in result.tool_times)
         yield f"  tools: {', '.join(times)}"
@@ -147,6 +149,16 @@ def _checked(result: CheckResult) -> Iterator[str]:
         return
     until = " up to the first contact" if result.first_contact and not result.contacts else ""
     yield f"  checked: {', '.join(pairs)}{until}; {result.method} on {result.device}"
+
+
+def _between(result: CheckResult) -> str:
+    """What a sample can miss, in millimetres, and what is proved beyond it."""
+    step = result.largest_step
+    assert step is not None
+    moved = f"a vertex moves up to {step.mm:.3g} mm ({'-'.join(step.pair)}, line {step.line})"
+    if result.coverage.between_samples:
+        return f"{moved}; proved free down to {result.tolerance_mm:g} mm"
+    return f"{moved}; what is thinner can be stepped over"
 
 
 def _spindle(tool: int | None) -> str:

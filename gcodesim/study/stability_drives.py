@@ -185,10 +185,10 @@ def limits(quick: bool) -> Iterator[Case]:
         limited = replace(machine, joints=tuple(joints))
         for time in ("acceleration", "jerk"):
             path, _ = path_of(text, replace(limited, time=time))
-            faults += np.count_nonzero(path.q0[1:] != path.q1[:-1])
-            faults += np.count_nonzero(np.diff(path.bounds_ps) <= 0)
+            faults += int(np.count_nonzero(path.q0[1:] != path.q1[:-1]))
+            faults += int(np.count_nonzero(np.diff(path.bounds_ps) <= 0))
             slopes = [path.law @ [1, 2 * x, 3 * x * x] for x in np.linspace(0, 1, 11)]
-            faults += np.count_nonzero(~(np.min(slopes, axis=0) >= -1e-14))
+            faults += int(np.count_nonzero(~(np.min(slopes, axis=0) >= -1e-14)))
     case = "a and jerk 1e-3 .. 1e9 in any pairing"
     yield Case("ramps", case, "faults of the path", "", None, float(faults), 0.0, "faults")
 

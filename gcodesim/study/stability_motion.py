@@ -31,7 +31,7 @@ from gcodesim.study.exact_motion import decimal, exact_displacement, exact_sinco
 from gcodesim.study.stability_case import Case
 
 Floats = NDArray[np.float64]
-FLOATS = {"float32": np.float32, "float64": np.float64}
+FLOATS: dict[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
 DT = DEFAULT_PERIOD_PS / PS_PER_S
 SEED = 20261121
 
@@ -74,7 +74,7 @@ def clocks(quick: bool) -> Iterator[Case]:
 
 
 def accumulated(dtype: type[np.floating], count: int) -> float:
-    """t += 0.0001, `count` times, in a floating type [s]."""
+    """The sum of 0.0001, `count` times, in a floating type [s]."""
     part = 10**6
     t = dtype(0.0)
     for _ in range(count // part):
@@ -134,9 +134,9 @@ def feeds(quick: bool) -> Iterator[Case]:
     limit = 400.0
     for words, time in (("F1000000000.", 100 * 60 / 1e9), ("G93 F1000000000.", 60 / 1e9)):
         path, _ = path_of(f"G1 X100. {words}")
-        over = [max(0.0, 100.0 / t - limit) for t in (time, path.duration_s)]
-        quantity, usual = "speed above the rapid rate", "as programmed"
-        yield Case("feed", words.replace("000000000.", "e9"), quantity, usual, *over, 1e-6, "mm/s")
+        naive, ours = (max(0.0, 100.0 / t - limit) for t in (time, path.duration_s))
+        case, quantity = words.replace("000000000.", "e9"), "speed above the rapid rate"
+        yield Case("feed", case, quantity, "as programmed", naive, ours, 1e-6, "mm/s")
     path, _ = path_of("G1 X0.01 F0.000001")
     exact = 6 * 10**9 + 1
     wrapped = (exact + 2**31) % 2**32 - 2**31
@@ -169,7 +169,7 @@ def arcs(quick: bool) -> Iterator[Case]:
         arc["r0"] = arc["r1"] = radius
         arc["sweep"] = sweep * rng.choice([-1, 1], count)
         s = rng.uniform(0, 1, count)
-        exact = np.array([exact_displacement(a, float(f)) for a, f in zip(arc, s, strict=True)])
+        exact = np.array([exact_displacement(arc[k], float(s[k])) for k in range(count)])
         ours = np.abs(arc_displacement(arc, s) - exact).max()
         for name, dtype in FLOATS.items():
             naive = np.abs(from_centre(arc, begin, s, dtype) - exact).max()
@@ -236,7 +236,7 @@ def rounded_centres(quick: bool) -> Iterator[Case]:
         arm = (-radius * np.array([np.cos(begin), np.sin(begin)])).round(3)
         centres.append(ends[0] + arm)
         last.append(ends[1])
-        gap = max(gap, abs(np.linalg.norm(ends[1] - centres[-1]) - np.linalg.norm(arm)))
+        gap = max(gap, abs(hypot(*(ends[1] - centres[-1])) - hypot(*arm)))
         words = [f"X{p[0]:.4f} Y{p[1]:.4f}" for p in ends]
         lines.append(f"G0 {words[0]}\nG3 {words[1]} I{arm[0]:.3f} J{arm[1]:.3f}")
     path, _ = path_of("\n".join(lines))

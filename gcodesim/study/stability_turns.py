@@ -93,12 +93,12 @@ def pole(quick: bool) -> Iterator[Case]:
     case, usual = "tool axis 1e-5 deg past the pole", "inverse at every sample"
     yield Case(
         "TCP", case, "turn of C in a sample", usual, float(jumps), float(turned),
-        rapid * (1 + 1e-9), "deg",
+        rapid * (1 + 1e-6), "deg",
     )  # fmt: skip
     moves = [2 * LEVER * np.sin(np.radians(min(x, 180.0)) / 2) for x in (jumps, turned)]
     yield Case(
         "TCP", case, f"move in a sample, {LEVER:.0f} mm from C", usual, float(moves[0]),
-        float(moves[1]), LEVER * np.radians(rapid) * (1 + 1e-9), "mm",
+        float(moves[1]), LEVER * np.radians(rapid) * (1 + 1e-6), "mm",
     )  # fmt: skip
 
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from collision.exact import label, squared_clearance
-from collision.families import FAMILIES, HARD, Array, generate
+from gcodesim.study.exact import label, squared_clearance
+from gcodesim.study.families import FAMILIES, HARD, Array, generate
 
 SEED = 1
 WORKERS = 2

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import warp as wp
-from collision.scenes import Array, machine, random_joints, random_path, unit
+from collision.scenes import random_joints, random_path, unit
 
 from gcodesim.collision.bounds import travelled
 from gcodesim.collision.chords import Stretch, joint_motion, side_leaves_chord
@@ -20,6 +20,7 @@ from gcodesim.collision.search_kernel import MODE_AT_SAMPLES, MotionArrays
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path, path_fraction
+from gcodesim.study.scenes import Array, machine
 
 wp.set_module_options(BIT_EQUAL)
 

@@ -9,7 +9,7 @@ from unittest.mock import patch
 
 import numpy as np
 import trimesh
-from collision.scenes import LAWS, Array, box, joint, machine, polygon, prism, random_joints, turned
+from collision.scenes import LAWS, random_joints
 from collision.scenes import unit as random_unit
 from motion.programs import PLANES, program
 
@@ -20,6 +20,7 @@ from gcodesim.machine.model import Joint, Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import FeedMode, Kind
+from gcodesim.study.scenes import Array, box, joint, machine, polygon, prism, turned
 
 PERIOD_PS = 1_000_000_000
 KINDS = ("table", "head", "mixed", "any")

@@ -7,9 +7,13 @@ from math import ceil, sqrt
 
 import numpy as np
 import pytest
-from collision.exact import squared_clearance
 from collision.random_programs import Answer, Trial, answer, run
-from collision.scenes import (
+
+from gcodesim.constants import DEFAULT_PERIOD_PS, TOLERANCE_MM
+from gcodesim.evidence import contact_finding, first_contact
+from gcodesim.machine.model import Part, Tool, ToolMount
+from gcodesim.motion.path import ToolChange
+from gcodesim.study.scenes import (
     BED_MOVER,
     Array,
     Scene,
@@ -23,36 +27,12 @@ from collision.scenes import (
     path,
 )
 
-from gcodesim.constants import DEFAULT_PERIOD_PS, TOLERANCE_MM
-from gcodesim.evidence import contact_finding, first_contact
-from gcodesim.machine.kinematics import world_from_link
-from gcodesim.machine.model import Machine, Part, Tool, ToolMount
-from gcodesim.motion.path import Path, ToolChange
-
 PHASES = 20
 PERIOD_PS = DEFAULT_PERIOD_PS
 
 
 def trial(scene: Scene) -> Trial:
     return Trial(0, scene.machine, scene.path, PERIOD_PS)
-
-
-def clearance(m: Machine, p: Path, time_ps: int, pair: tuple[str, str]) -> float:
-    """Exact distance of two bodies as they stand at one instant [mm]."""
-    world = world_from_link(m, p.positions(np.array([time_ps])))
-    a, b = (
-        np.concatenate([part.triangles for part in m.bodies[body].parts]) @ world[body][0, :3, :3].T
-        + world[body][0, :3, 3]
-        for body in pair
-    )
-    low = np.maximum(a.min(1)[:, None] - b.max(1)[None], b.min(1)[None] - a.max(1)[:, None])
-    order = np.argsort(np.linalg.norm(np.maximum(low, 0), axis=2), axis=None)
-    best = np.inf
-    for i, j in zip(*np.unravel_index(order, low.shape[:2]), strict=True):
-        if np.linalg.norm(np.maximum(low[i, j], 0)) > best:
-            break
-        best = min(best, sqrt(squared_clearance(a[i], b[j])))
-    return best
 
 
 # --- closed forms ---------------------------------------------------------------------------------
@@ -79,11 +59,11 @@ def test_what_no_sample_shows_is_found(scene: object, device: str) -> None:
         assert finding.code == "GC107"
         assert found.distance == 0.0
         assert found.time_ps / 1e12 <= s.contact_s + 1e-12
-        near = clearance(s.machine, s.path, found.time_ps, ("bed", "mover"))
+        near = s.clearance_at(found.time_ps)
         assert near <= TOLERANCE_MM + 1e-6
         # No earlier than needed, too.
         before = found.time_ps - PERIOD_PS // 100_000
-        assert clearance(s.machine, s.path, before, ("bed", "mover")) > TOLERANCE_MM * 0.99
+        assert s.clearance_at(before) > TOLERANCE_MM * 0.99
     assert told == (16 if scene is blade_through_sheet else 19)
 
 
@@ -97,7 +77,7 @@ def test_near_miss_against_the_tolerance(c: float, device: str) -> None:
         if found is not None:
             assert found.between
             assert found.distance == pytest.approx(c, abs=1e-6)
-            near = clearance(s.machine, s.path, found.time_ps, ("bed", "cube"))
+            near = s.clearance_at(found.time_ps)
             assert near == pytest.approx(TOLERANCE_MM, abs=1e-6)
             lift_s = sqrt(2 * 100 * (TOLERANCE_MM - c)) / (10000 / 60)
             middle_s = 0.2 + j * PERIOD_PS // PHASES / 1e12

@@ -9,15 +9,7 @@ import pytest
 from collision import chord_bounds
 from collision.chord_bounds import PIECES, SLACK_MM, Chords, compare, random_chords
 from collision.random_programs import Setup, answer, random_trial, run
-from collision.scenes import (
-    Array,
-    displacement,
-    joint,
-    path,
-    random_arc,
-    random_joints,
-    random_path,
-)
+from collision.scenes import displacement, random_arc, random_joints, random_path
 
 from gcodesim.collision import forest
 from gcodesim.collision.bounds import common_frame, dyadic_motion, levers, travelled
@@ -26,6 +18,7 @@ from gcodesim.collision.trees import build_tree
 from gcodesim.machine.kinematics import joint_displacement
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import ARC_PIECE, Path
+from gcodesim.study.scenes import Array, joint, path
 
 MACHINES = 390
 CHAINS = 5_000

@@ -7,9 +7,7 @@ from math import sqrt
 import numpy as np
 import pytest
 import warp as wp
-from collision.exact import squared_clearance
-from collision.families import FAMILIES, HARD, generate
-from collision.scenes import Array, box, joint, machine, path, random_mesh, unit
+from collision.scenes import random_mesh, unit
 
 from gcodesim.collision.bounds import travelled
 from gcodesim.collision.closest import (
@@ -24,6 +22,9 @@ from gcodesim.collision.forest import build_forest
 from gcodesim.collision.poses import Pose
 from gcodesim.collision.scene import build_scene
 from gcodesim.machine.kinematics import rotation
+from gcodesim.study.exact import squared_clearance
+from gcodesim.study.families import FAMILIES, HARD, generate
+from gcodesim.study.scenes import Array, box, joint, machine, path
 
 wp.set_module_options(BIT_EQUAL)
 

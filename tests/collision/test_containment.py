@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 from collision.detecting import detected
-from collision.scenes import Array, Scene, box, joint, machine, path
 
 from gcodesim.collision.containment import contains, shell_vertices, winding_number
 from gcodesim.collision.detector import Detection
 from gcodesim.machine.model import Part
+from gcodesim.study.scenes import Array, Scene, box, joint, machine, path
 
 AT_REST = np.eye(4)
 HALL = box([100, 80, 60])

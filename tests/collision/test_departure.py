@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from collision.chord_bounds import random_chords
-from collision.scenes import box, machine
 
 from gcodesim.check import Options, check_program
 from gcodesim.collision.bounds import common_frame, travelled
-from gcodesim.collision.departure import departures
+from gcodesim.collision.departure import departures, largest_step
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, Servo
 from gcodesim.motion.off_path import OffPath
+from gcodesim.study.scenes import box, machine
 
 INSTANTS = 40
+PERIOD_PS = 10**8
 GAP_MM = 0.5
 
 
@@ -44,6 +45,31 @@ def test_no_body_departs_farther(seed: int) -> None:
         assert moved.max() <= bound + 1e-9
         used = max(used, float(moved.max() / bound)) if bound else used
     assert used > 0.2  # no bound so wide that it says nothing
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_vertex_steps_farther_from_sample_to_sample(seed: int) -> None:
+    rng = np.random.default_rng([12, seed])
+    case = random_chords(rng)
+    m, scene, path = case.machine, case.scene, case.path
+    step = largest_step(scene, travelled(m.joints, path), path, range(len(path)), PERIOD_PS)
+    assert step is not None
+    piece = rng.integers(0, len(path), INSTANTS)
+    starts = path.bounds_ps[piece] + 1
+    ends = np.minimum(starts + PERIOD_PS, path.bounds_ps[piece + 1])
+    seen = [world_from_link(m, path.positions(times)) for times in (starts, ends)]
+    largest = 0.0
+    for shapes, links in zip(scene.shapes, scene.links, strict=True):
+        frame, moved = common_frame(m.joints, *links), np.zeros(INSTANTS)
+        for shape, link in zip(shapes, links, strict=True):
+            points = shape.regions.triangles.reshape(-1, 3)
+            posed = [
+                points @ pose[:, :3, :3].transpose(0, 2, 1) + pose[:, None, :3, 3]
+                for pose in (np.linalg.inv(w[frame]) @ w[link] for w in seen)
+            ]
+            moved += np.linalg.norm(posed[0] - posed[1], axis=2).max(axis=1)
+        largest = max(largest, float(moved.max()))
+    assert 0.01 * step.distance < largest <= step.distance * (1.0 + 1e-9)
 
 
 def passing_by() -> Machine:

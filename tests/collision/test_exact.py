@@ -9,8 +9,9 @@ from itertools import permutations, product
 import numpy as np
 import pytest
 from collision.counterexamples import COUNTEREXAMPLES, Counterexample
-from collision.exact import Corners, label, squared_clearance, triangles_intersect_exact
-from collision.families import FAMILIES, HARD, Array, generate
+
+from gcodesim.study.exact import Corners, label, squared_clearance, triangles_intersect_exact
+from gcodesim.study.families import FAMILIES, HARD, Array, generate
 
 # Intersecting share of 1e5 pairs, from the C++/GMP prototype of these families.
 INTERSECTING = {

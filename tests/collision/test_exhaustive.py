@@ -8,20 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 from collision.detecting import detected
-from collision.exact import label
-from collision.families import generate
-from collision.scenes import (
-    BED_MOVER,
-    Array,
-    Scene,
-    box,
-    joint,
-    machine,
-    path,
-    random_joints,
-    random_mesh,
-    random_scene,
-)
+from collision.scenes import random_joints, random_mesh, random_scene
 from numpy.typing import NDArray
 
 from gcodesim.collision import detector
@@ -31,6 +18,9 @@ from gcodesim.collision.regions import build_regions, snapped
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
+from gcodesim.study.exact import label
+from gcodesim.study.families import generate
+from gcodesim.study.scenes import BED_MOVER, Array, Scene, box, joint, machine, path
 
 PERIOD_PS = 1_000_000_000
 SEEDS = range(24)

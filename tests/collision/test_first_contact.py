@@ -7,7 +7,10 @@ from math import ceil
 import numpy as np
 import pytest
 from collision.detecting import detected
-from collision.scenes import (
+
+from gcodesim.collision.detector import Detection
+from gcodesim.constants import DEFAULT_PERIOD_PS
+from gcodesim.study.scenes import (
     SAMPLED,
     Scene,
     arc_grazes_face,
@@ -16,9 +19,6 @@ from collision.scenes import (
     delayed,
     flip_within_a_sample,
 )
-
-from gcodesim.collision.detector import Detection
-from gcodesim.constants import DEFAULT_PERIOD_PS
 
 PHASES = 5
 FRACTION_MARGIN = 1e-5  # of a period: nearer to a sample, rounding would decide

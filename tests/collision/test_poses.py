@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 import warp as wp
-from collision.scenes import Array, joint, machine, path, random_joints, random_path
+from collision.scenes import random_joints, random_path
 
 from gcodesim.collision.device import BIT_EQUAL
 from gcodesim.collision.poses import (
@@ -22,6 +22,7 @@ from gcodesim.collision.poses import (
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.path import Path
 from gcodesim.study.exact_motion import exact_sincosd
+from gcodesim.study.scenes import Array, joint, machine, path
 
 wp.set_module_options(BIT_EQUAL)
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from collision.scenes import Array, joint, machine, random_joints, random_mesh
+from collision.scenes import random_joints, random_mesh
 
 from gcodesim.collision.poses import joints_between
 from gcodesim.collision.reach import reachable, sweep, triangle_boxes
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine
+from gcodesim.study.scenes import Array, joint, machine
 
 ROUNDING_MM = 1e-9  # of poses here; far below the slack with which boxes are compared
 

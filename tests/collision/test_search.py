@@ -18,7 +18,13 @@ from collision.random_programs import (
     random_trial,
     run,
 )
-from collision.scenes import (
+
+from gcodesim.collision import search
+from gcodesim.collision.search import Roots
+from gcodesim.constants import DEFAULT_PERIOD_PS
+from gcodesim.evidence import detection_findings
+from gcodesim.machine.model import Machine
+from gcodesim.study.scenes import (
     SAMPLED,
     Scene,
     arc_grazes_face,
@@ -30,12 +36,6 @@ from collision.scenes import (
     machine,
     path,
 )
-
-from gcodesim.collision import search
-from gcodesim.collision.search import Roots
-from gcodesim.constants import DEFAULT_PERIOD_PS
-from gcodesim.evidence import detection_findings
-from gcodesim.machine.model import Machine
 
 PHASES = 20
 FRACTION_MARGIN = 1e-5  # of a period: nearer to a sample, rounding would decide

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 from collision.detecting import detected
-from collision.scenes import BED_MOVER, box, joint, machine, path
 
 from gcodesim.collision.detector import Detection
 from gcodesim.evidence import contact_finding, first_contact
 from gcodesim.machine.model import Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path, ToolChange
+from gcodesim.study.scenes import BED_MOVER, box, joint, machine, path
 
 JOINTS = [joint("Z", [0, 0, 1])]
 SAMPLE_PS = 1_000_000_000

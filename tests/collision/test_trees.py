@@ -7,11 +7,12 @@ from math import log
 import numpy as np
 import pytest
 import trimesh
-from collision.scenes import Array, box, random_mesh, unit
+from collision.scenes import random_mesh, unit
 
 from gcodesim.collision.regions import snapped
 from gcodesim.collision.tree_kernel import LEAST_SHARE
 from gcodesim.collision.trees import Tree, build_tree
+from gcodesim.study.scenes import Array, box
 
 DIRECTIONS = 40
 ROUNDING_MM = 1e-10

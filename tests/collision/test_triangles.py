@@ -8,12 +8,12 @@ from itertools import permutations
 import numpy as np
 import pytest
 from collision.counterexamples import COUNTEREXAMPLES
-from collision.exact import label, squared_clearance
-from collision.families import FAMILIES, HARD, Array, generate
 
 import gcodesim
 from gcodesim import triangles_intersect
 from gcodesim.collision.regions import snapped
+from gcodesim.study.exact import label, squared_clearance
+from gcodesim.study.families import FAMILIES, HARD, Array, generate
 
 FALSE_ALARM_MM = Fraction(1, 10**9)
 UNIT_MM = {"F11": 1000}  # F11 is in metres

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from collision.scenes import joint, machine
 from numpy.typing import ArrayLike, NDArray
 
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, FeedMode, Kind
+from gcodesim.study.scenes import joint, machine
 
 RAPID_MM_S, RAPID_DEG_S = 500.0, 100.0
 PLANES = {"G17": (0, 0, 1), "G18": (0, 1, 0), "G19": (1, 0, 0)}

@@ -7,15 +7,7 @@ from math import asin, pi
 
 import numpy as np
 import pytest
-from collision.scenes import (
-    JERKED,
-    displacement,
-    joint,
-    path,
-    random_arc,
-    random_joints,
-    random_path,
-)
+from collision.scenes import displacement, random_arc, random_joints, random_path
 from motion.programs import axes_machine, program
 
 from gcodesim.constants import LINEAR_LIMIT_SLACK_MM
@@ -23,6 +15,7 @@ from gcodesim.findings import Finding
 from gcodesim.motion.limits import overtravels, position_ranges
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import Kind
+from gcodesim.study.scenes import JERKED, joint, path
 
 SLACK = LINEAR_LIMIT_SLACK_MM
 FEED, ARC, RAPID = Kind.FEED, Kind.ARC, Kind.RAPID

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from collision.scenes import ACCELERATED, JERKED, joint, path, random_joints, random_path, unit
+from collision.scenes import random_joints, random_path, unit
 from motion.programs import planned
 from numpy.typing import NDArray
 
 from gcodesim.motion.path import ARC_PIECE, arc_displacement
 from gcodesim.nc.program import Kind
 from gcodesim.study.exact_motion import exact_displacement
+from gcodesim.study.scenes import ACCELERATED, JERKED, joint, path
 
 
 def plane(rng: np.random.Generator) -> tuple[NDArray[np.float64], ...]:

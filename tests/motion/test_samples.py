@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from collision.scenes import joint, path, random_joints, random_path
+from collision.scenes import random_joints, random_path
 from motion.programs import planned
 from numpy.typing import NDArray
 
@@ -22,6 +22,7 @@ from gcodesim.motion.samples import (
     windows,
 )
 from gcodesim.nc.program import Kind
+from gcodesim.study.scenes import joint, path
 
 PERIOD_PS = 1_000_000_000
 

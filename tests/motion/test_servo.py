@@ -8,7 +8,7 @@ from math import exp, expm1, inf, pi
 
 import numpy as np
 import pytest
-from collision.scenes import joint, machine, path, random_joints, random_path
+from collision.scenes import random_joints, random_path
 from motion.programs import limited_machine, program
 from numpy.typing import NDArray
 
@@ -17,13 +17,14 @@ from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.servo import (
     exponentials,
-    joint_speeds,
     lag_gain,
     lagged_positions,
     servo_deviation,
 )
+from gcodesim.motion.speeds import joint_speeds
 from gcodesim.nc.program import Kind
 from gcodesim.study.exact_motion import exact_functions
+from gcodesim.study.scenes import joint, machine, path
 
 DT = 1e-4
 TAUS = 10.0 ** np.arange(-9.0, 1.1, 0.5)

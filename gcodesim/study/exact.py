@@ -1,4 +1,4 @@
-"""Exact intersection and distance of float64 triangles in Python integers: the truth of the tests.
+"""Exact intersection, distance and depth of triangles in Python integers: the truth of the study.
 
 A float64 is an integer times a power of two, so one common power of two makes all 18 coordinates
 of a pair integers; from there every sign is exact. Triangles are closed (touching counts) and may
@@ -53,6 +53,25 @@ def squared_clearance(a: ArrayLike, b: ArrayLike) -> Fraction:
         if gap > 0:
             best = max(best, Fraction(gap * gap, _dot(d, d)))
     return best / (unit * unit)
+
+
+def squared_depth(a: ArrayLike, b: ArrayLike) -> Fraction:
+    """Return the exact square of the shortest way that takes two touching triangles apart.
+
+    The differences of their points fill a convex body, whose faces have the normals of the two
+    triangles or of two edges; the way leads to its nearest face. 0 where they only touch, lie in
+    one plane, or have no such normal.
+    """
+    p, q, unit = _integers(_as_lists(a), _as_lists(b))
+    edges_p, edges_q = ([_sub(t[j], t[i]) for i, j in EDGES] for t in (p, q))
+    normals = [_cross(edges_p[0], edges_p[1]), _cross(edges_q[0], edges_q[1])]
+    normals += [_cross(e, f) for e, f in product(edges_p, edges_q)]
+    overlaps = []
+    for n in (n for n in normals if n != ZERO):
+        along_p, along_q = [_dot(n, v) for v in p], [_dot(n, v) for v in q]
+        way = max(0, min(max(along_p) - min(along_q), max(along_q) - min(along_p)))
+        overlaps.append(Fraction(way * way, _dot(n, n)))
+    return min(overlaps, default=Fraction(0)) / (unit * unit)
 
 
 def _as_lists(triangles: ArrayLike) -> Any:

@@ -2,7 +2,7 @@
 
 Nearly all pairs are near contact by design: a vertex over a face or an edge over an edge at a gap
 of either sign, tiny against the size, moved far from the origin. The sign of the gap is no label;
-the truth comes from `collision.exact`. Lengths are in mm (F11: a machine in metres).
+the truth comes from study/exact.py. Lengths are in mm (F11: a machine in metres).
 """
 
 from __future__ import annotations
