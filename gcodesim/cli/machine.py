@@ -1,28 +1,76 @@
-"""The commands `machine show` and `machine schema`."""
+"""The commands `machine`: show, lint, schema, new and import."""
 
 from __future__ import annotations
 
 import json
+import sys
+from pathlib import Path
+from typing import Any
 
 import click
+
+from gcodesim.errors import UsageError
+
+FILES = (
+    click.option("--setup", metavar="FILE", help="Setup file."),
+    click.option("--tools", metavar="FILE", help="Tools file or LinuxCNC tool table."),
+    click.option("--allow-outside", is_flag=True, help="Mesh files may lie outside the folder."),
+)
+KINDS = ("table-table", "head-table", "head-head", "three-axis")
+"""Keys of machine.generic.MACHINES: that module is imported only where it is needed."""
+
+
+def with_files(command: Any) -> Any:
+    """A command with the options that name the files beside a machine file."""
+    for option in reversed(FILES):
+        command = option(command)
+    return command
 
 
 @click.group()
 def machine() -> None:
-    """Look at machine files."""
+    """Look at machine files, find what is wrong with them, and begin new ones."""
 
 
 @machine.command()
 @click.argument("path", metavar="M.yaml")
-@click.option("--setup", metavar="FILE", help="Setup file.")
-@click.option("--tools", metavar="FILE", help="Tools file or LinuxCNC tool table.")
-@click.option("--allow-outside", is_flag=True, help="Mesh files may lie outside the folder.")
-def show(path: str, setup: str | None, tools: str | None, allow_outside: bool) -> None:
+@with_files
+def show(path: str, **files: Any) -> None:
     """Print the kinematic tree, bodies, pairs and tools of a machine."""
     from gcodesim.machine.describe import describe
     from gcodesim.machine.loading import load_machine
 
-    click.echo(describe(load_machine(path, setup=setup, tools=tools, allow_outside=allow_outside)))
+    click.echo(describe(load_machine(path, **files)))
+
+
+@machine.command()
+@click.argument("path", metavar="M.yaml")
+@with_files
+@click.option(
+    "--format",
+    "report_format",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="Format of the findings.",
+)
+def lint(path: str, report_format: str, **files: Any) -> None:
+    """Find what is wrong with a machine before a program runs on it.
+
+    Exit codes: 0 nothing worse than notes, 3 warnings (a question may stay undecided), 1 errors
+    (programs fail on this model), 2 the file cannot be loaded at all.
+    """
+    from gcodesim.lint import lint as find
+    from gcodesim.machine.loading import load_machine
+    from gcodesim.report.lint_report import lint_dict, lint_lines
+
+    findings = find(load_machine(path, **files))
+    if report_format == "json":
+        click.echo(json.dumps(lint_dict(path, findings), indent=2))
+    else:
+        click.echo("\n".join(lint_lines(path, findings)))
+    severities = {finding.severity for finding in findings}
+    sys.exit(1 if "error" in severities else 3 if "warning" in severities else 0)
 
 
 @machine.command()
@@ -32,3 +80,52 @@ def schema(kind: str) -> None:
     from gcodesim.machine.describe import schema_json
 
     click.echo(json.dumps(schema_json(kind), indent=2))
+
+
+@machine.command()
+@click.argument("kind", type=click.Choice(KINDS))
+@click.argument("path", metavar="FILE.yaml")
+def new(kind: str, path: str) -> None:
+    """Write a machine of boxes and cylinders to begin with; KIND says what carries the rotary axes.
+
+    The comments in the file say what to change. Nothing is overwritten.
+    """
+    from gcodesim.machine.generic import machine_text
+
+    _write(path, machine_text(kind, Path(path).stem))
+
+
+@machine.command("import")
+@click.argument("path", metavar="FILE")
+@click.option("--out", metavar="M.yaml", help="Write this file instead of standard output.")
+def import_(path: str, out: str | None) -> None:
+    """Turn a LinuxCNC INI file or a URDF robot description into a machine file.
+
+    What could not be carried over is listed at the head of the file, and on stderr.
+    """
+    from gcodesim.machine.linuxcnc_ini import import_ini
+    from gcodesim.machine.urdf import import_urdf
+
+    reader = {".ini": import_ini, ".urdf": import_urdf, ".xml": import_urdf}.get(
+        Path(path).suffix.lower()
+    )
+    if reader is None:
+        raise UsageError(f"{path}: expected a LinuxCNC .ini file, or a .urdf file (or .xml)")
+    found = reader(path, str(Path(out).parent) if out else str(Path(path).parent))
+    if out:
+        _write(out, found.text)
+    else:
+        click.echo(found.text, nl=False)
+    for line in found.remarks:
+        click.echo(f"gcodesim: {path}: {line}", err=True)
+
+
+def _write(path: str, text: str) -> None:
+    """Write a new file; UsageError when there is one."""
+    try:
+        with Path(path).open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise UsageError(f"{path}: there is such a file already; name another") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

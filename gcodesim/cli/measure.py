@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from typing import Any
 
 import click
@@ -165,6 +166,32 @@ def triangles(pairs: int, csv_path: str | None) -> None:
     if csv_path:
         with open(csv_path, "w", encoding="utf-8", newline="") as out:
             write_triangles_csv(report, out)
+
+
+@study.command()
+@click.option(
+    "--quick/--full",
+    default=True,
+    show_default=True,
+    help="Few samples, blocks and scenes in some seconds, or all of them in a minute or two.",
+)
+@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every case.")
+def stability(quick: bool, json_path: str | None, csv_path: str | None) -> None:
+    """Stiff and extreme cases, by the usual formulation and by ours; exit code 1 if one fails."""
+    from gcodesim.report.stability_report import print_stability, write_csv
+    from gcodesim.study.stability import stability_study
+
+    with progress_bar("cases", False) as progress:
+        report = stability_study(quick, progress).as_report()
+    print_stability(report, _wide_console())
+    if json_path:
+        with open(json_path, "w", encoding="utf-8") as out:
+            out.write(json.dumps(report, indent=1) + "\n")
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_csv(report, out)
+    sys.exit(0 if report["ok"] else 1)
 
 
 def _wide_console() -> Any:

@@ -103,7 +103,7 @@ def detect(task: Task) -> Detection:
     for span in _spans_by_body(task):
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
-        pairs = tuple(p for p in task.machine.pairs if _is_present(p, bodies))
+        pairs = tuple(p for p in task.machine.pairs if is_present(p, bodies))
         bare = any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b))
         if bare and span.end_ps > span.start_ps:
             # An empty spindle that nothing moves before the first tool change is no gap.
@@ -160,7 +160,7 @@ def _shapeless_number(machine: Machine, number: int | None) -> int | None:
     return None if stands_for_all else number
 
 
-def _is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
+def is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
     """Both bodies are there, with at least one of the parts that count."""
     return all(
         name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)

@@ -68,7 +68,7 @@ def read_mesh(path: Path, unit: str = "mm", travel: float = 0.0) -> Mesh:
         )
     corners = merge_corners(drawn)
     open_edges = open_edge_count(corners)
-    findings = [_open_finding(path, open_edges)] if open_edges else []
+    findings = [_open_finding(path, open_edges), *_repeated(path, corners)] if open_edges else []
     if not open_edges and signed_volume(triangles) < 0.0:
         triangles = triangles[:, [0, 2, 1]]
         text = "all triangles face inwards; they were turned round for the check"
@@ -141,6 +141,18 @@ def _open_finding(path: Path, open_edges: int) -> Finding:
         "the same way; surfaces are checked, but whether a body lies inside cannot be decided"
     )
     return Finding("GC501", text, meaning="mesh_open", file=str(path))
+
+
+def _repeated(path: Path, corners: NDArray[np.int64]) -> list[Finding]:
+    """Triangles drawn more than once: only an open mesh has them, for their edges join too many."""
+    distinct = len(np.unique(np.sort(corners, axis=1), axis=0))
+    if distinct == len(corners):
+        return []
+    text = (
+        f"{len(corners) - distinct} of {len(corners)} triangles have the same corners as another: "
+        "each must be drawn once"
+    )
+    return [Finding("GC504", text, meaning="mesh_repeated", file=str(path))]
 
 
 def _degenerate_findings(path: Path, triangles: Array, corners: NDArray[np.int64]) -> list[Finding]:

@@ -25,6 +25,7 @@ STYLES = {
     "exhaustive": ("tab:green", "D"),
     "search": ("tab:blue", "o"),
     "search between": ("tab:purple", "*"),
+    "directed bound": ("tab:brown", "P"),
 }
 """Colour and marker of each method."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from math import ceil
 from typing import Any
 
@@ -52,10 +52,17 @@ FULL = Extent(
     (8, 16, 32, 48, 64, 128, 256),
     100_000,
 )
+
 FINE_MS = 0.01
 """Period at which the scene of the speed goal is looked at in a quick study too [ms]."""
 
 SEED = 6
+
+ALARM_SLACK_MM = 2e-9
+"""An alarm at this clearance [mm] is none: the slack of the proof, and of the pose."""
+
+SUBJECTS = 512
+"""Scenes laid out that are kept: all starts of one scene, which the methods share."""
 
 
 def study_accuracy(
@@ -150,13 +157,18 @@ def _scene(name: str) -> Scene:
     return SCENES[name]()
 
 
+@lru_cache(maxsize=SUBJECTS)
+def _subject(name: str, start_ps: int) -> Subject:
+    return Subject(delayed(_scene(name), start_ps))
+
+
 def _runs(name: str, method: str, setting: float, phases: int) -> Iterator[Run]:
     """Yield one run per start; the first is done twice, to warm up."""
     knob, run = METHODS[method]
     period_ps = round(setting * PS_PER_MS) if knob == PERIOD else DEFAULT_PERIOD_PS
     starts = np.random.default_rng(SEED).uniform(0.0, period_ps, phases)
     for number, start in enumerate(starts.astype(np.int64).tolist()):
-        subject = Subject(delayed(_scene(name), start))
+        subject = _subject(name, start)
         value = float(period_ps) if knob == PERIOD else setting
         if number == 0:
             run(subject, value)
@@ -183,10 +195,6 @@ def _one(subject: Subject, method: Method, value: float, knob: str) -> Run:
         wall_s=wall_s,
         counts=tuple(found.counts.tolist()),
     )
-
-
-ALARM_SLACK_MM = 2e-9
-"""An alarm at this clearance [mm] is none: the slack of the proof, and of the pose."""
 
 
 def _moment(subject: Subject, found: Found) -> int:

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.collision.bounds import travelled
 from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
-from gcodesim.collision.paper import PaperPair, first_contact_paper, prepare_paper
+from gcodesim.collision.paper import first_contact_paper, prepare_paper
 from gcodesim.collision.search import Settings
 from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
 from gcodesim.collision.textbook import first_naive_contact
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.samples import Instants, Span, window, windows
+from gcodesim.study.directed import advance
 from gcodesim.study.job import INSTANTS, Job, search_job
 from gcodesim.study.scenes import Scene
 
@@ -47,23 +48,20 @@ class Subject:
     Attributes:
         scene: with its true first contact.
         searcher: the search of its path, one thread.
+        prepared: what the paper's method lays out beforehand.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         job = Job(scene.machine, scene.path, None, DEFAULT_PERIOD_PS)
         self.searcher = job.searcher(job.scene("cpu"), threads=1, between=False)
+        joints = travelled(scene.machine.joints, scene.path)
+        self.prepared = prepare_paper(self.searcher.scene, joints)
 
     @property
     def span(self) -> Span:
         """The whole path."""
         return Span(0, self.scene.path.duration_ps, None, 0)
-
-    @cached_property
-    def prepared(self) -> list[PaperPair]:
-        """What the paper's method lays out beforehand."""
-        joints = travelled(self.scene.machine.joints, self.scene.path)
-        return prepare_paper(self.searcher.scene, joints)
 
     def triangles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Triangles of the two bodies, each in the frame of its link."""
@@ -132,6 +130,12 @@ def search_between(subject: Subject, tolerance_mm: float) -> Found:
     return Found(None if near == NO_CONTACT else near, work.counts)
 
 
+def advance_directed(subject: Subject, tolerance_mm: float) -> Found:
+    """From pose to pose by the directed bound."""
+    work = Work()
+    return Found(advance(subject.scene, tolerance_mm, work), work.counts)
+
+
 PERIOD, TOLERANCE = "period [ms]", "tolerance [mm]"
 
 METHODS: dict[str, tuple[str, Method]] = {
@@ -147,5 +151,6 @@ METHODS: dict[str, tuple[str, Method]] = {
     "exhaustive": (PERIOD, partial(_every_sample, _look_exhaustively, INSTANTS)),
     "search": (PERIOD, search_samples),
     "search between": (TOLERANCE, search_between),
+    "directed bound": (TOLERANCE, advance_directed),
 }
 """Name of each method -> what its knob is, and the method. Periods are passed in ps."""

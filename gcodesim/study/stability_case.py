@@ -5,6 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def power(number: float) -> str:
+    """A power of ten, briefly: 1e7, 1e-4."""
+    mantissa, exponent = f"{number:.0e}".split("e")
+    return f"{mantissa}e{int(exponent)}"
+
+
 @dataclass(frozen=True)
 class Case:
     """One line of the table.
@@ -32,9 +38,9 @@ class Case:
     @property
     def ok(self) -> bool:
         """Ours keeps the tolerance; what is not a number does not."""
-        return self.ours <= self.tolerance
+        return bool(self.ours <= self.tolerance)
 
     @property
     def naive_ok(self) -> bool | None:
         """The usual formulation keeps it too; None where there is none."""
-        return None if self.naive is None else self.naive <= self.tolerance
+        return None if self.naive is None else bool(self.naive <= self.tolerance)

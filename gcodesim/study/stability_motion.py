@@ -28,7 +28,7 @@ from gcodesim.nc.arcs import centre_from_radius
 from gcodesim.nc.control import ArcTolerance
 from gcodesim.nc.interpreter import interpret
 from gcodesim.study.exact_motion import decimal, exact_displacement, exact_sincosd
-from gcodesim.study.stability_case import Case
+from gcodesim.study.stability_case import Case, power
 
 Floats = NDArray[np.float64]
 FLOATS: dict[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
@@ -58,7 +58,7 @@ def path_of(text: str, machine: Machine | None = None) -> tuple[Path, list[Findi
 def clocks(quick: bool) -> Iterator[Case]:
     """Time after many samples, and where a joint then stands."""
     count = 10**7 if quick else 10**8
-    case = f"{count:.0e} samples of 0.1 ms"
+    case = f"{power(count)} samples of 0.1 ms"
     path, _ = path_of("G1 X10000000. F20000.")
     found = window(path, tool_spans(path)[0], count, 1, DEFAULT_PERIOD_PS).time_ps
     exact = Fraction(count, 10_000)
@@ -101,7 +101,7 @@ def cycle_times(quick: bool) -> Iterator[Case]:
     for name, dtype in FLOATS.items():
         added = float(np.cumsum(np.tile(seconds, rounds), dtype=dtype)[-1])
         yield Case(
-            "time", f"{count * rounds:.0e} blocks of 0.6 s", "cycle time", f"sum in {name}",
+            "time", f"{power(count * rounds)} blocks of 0.6 s", "cycle time", f"sum in {name}",
             abs(added - exact), ours, 1e-6, "s",
         )  # fmt: skip
 
@@ -109,7 +109,7 @@ def cycle_times(quick: bool) -> Iterator[Case]:
 def short_blocks(quick: bool) -> Iterator[Case]:
     """Blocks of 0.1 um at 20 m/min: three hundred and thirty-three to a sample."""
     count = 10**5 if quick else 10**6
-    case = f"{count:.0e} blocks of 1e-4 mm at 20 m/min"
+    case = f"{power(count)} blocks of 0.1 um, 20 m/min"
     path, _ = path_of(
         "G1 F20000.\n" + "\n".join(f"X{k // 10**4}.{k % 10**4:04d}" for k in range(1, count + 1))
     )
@@ -146,10 +146,12 @@ def feeds(quick: bool) -> Iterator[Case]:
         float(abs(wrapped - exact)), float(ours), 0.0, "samples",
     )  # fmt: skip
     path, findings = path_of("G93 G1 X1. F0.000001")
+    clock = 6 * 10**7 * PS_PER_S
+    wraps = (clock + 2**63) % 2**64 - 2**63 != clock
     told = any(f.code == "GC424" for f in findings) and bool((np.diff(path.bounds_ps) > 0).all())
     yield Case(
         "feed", "G93 F1e-6, 6e7 s", "clocks that overflow unnoticed", "int64 picoseconds, unasked",
-        1.0, float(not told), 0.0, "clocks",
+        float(wraps), float(not told), 0.0, "clocks",
     )  # fmt: skip
 
 
@@ -173,10 +175,10 @@ def arcs(quick: bool) -> Iterator[Case]:
         ours = np.abs(arc_displacement(arc, s) - exact).max()
         for name, dtype in FLOATS.items():
             naive = np.abs(from_centre(arc, begin, s, dtype) - exact).max()
+            case, usual = f"R {power(radius)} mm, up to 1 m", f"centre form, {name}"
             yield Case(
-                "arcs", f"R {radius:.0e} mm, up to 1 m", "place on the arc", f"centre form, {name}",
-                float(naive), float(ours), 1e-12, "mm",
-            )  # fmt: skip
+                "arcs", case, "place on the arc", usual, float(naive), float(ours), 1e-12, "mm"
+            )
 
 
 def from_centre(
@@ -199,7 +201,7 @@ def radius_words(quick: bool) -> Iterator[Case]:
         ours = max(ours, abs(float(Decimal(height) / exact - 1)))
         naive = max(naive, abs(float(Decimal(sqrt(radius**2 - 100.0**2 / 4)) / exact - 1)))
     yield Case(
-        "arcs", "R 1e-12 .. 1e-3 above half the chord", "height of the centre, relative",
+        "arcs", "R half the chord + 1e-12 .. 1e-3", "height of the centre, relative",
         "sqrt(R^2 - c^2/4)", naive, ours, 1e-15, "",
     )  # fmt: skip
 
@@ -208,11 +210,7 @@ def full_circles(quick: bool) -> Iterator[Case]:
     """Circles from any point under any offset, their end words absent or the same."""
     count = 2000 if quick else 20_000
     words = np.random.default_rng([SEED, 3]).uniform(-500, 500, (count, 4)).round(4)
-    lines = ["G10 L2 P1 X123.4567 Y-76.5433 R33.3", "F1000."]
-    for number, (x, y, i, j) in enumerate(words.tolist()):
-        end = f"X{x:.4f} Y{y:.4f} " if number % 2 else ""
-        lines.append(f"G0 X{x:.4f} Y{y:.4f}\nG2 {end}I{i:.4f} J{j:.4f}")
-    path, _ = path_of("\n".join(lines))
+    path, _ = path_of(circle_program(words[::2], "") + circle_program(words[1::2], "X{x} Y{y} "))
     whole = np.count_nonzero(np.abs(path.arcs["sweep"] + 360.0) < 1e-9)
     x, y, i, j = words.T
     back = (x + 123.4567) - 123.4567
@@ -223,6 +221,20 @@ def full_circles(quick: bool) -> Iterator[Case]:
         "arcs", f"{count} full circles", "circles that vanish", "difference of two atan2",
         float(lost), float(count - whole), 0.0, "circles",
     )  # fmt: skip
+
+
+def circle_program(words: Floats, end: str) -> str:
+    """Full circles from X Y about I J, rows of `words` (n, 4), under a turned work offset.
+
+    Args:
+        words: [mm], of 4 decimals.
+        end: the end words of each, with {x} and {y}; empty: none.
+    """
+    lines = ["G10 L2 P1 X123.4567 Y-76.5433 R33.3", "F1000."]
+    for x, y, i, j in words.tolist():
+        same = end.format(x=f"{x:.4f}", y=f"{y:.4f}")
+        lines.append(f"G0 X{x:.4f} Y{y:.4f}\nG2 {same}I{i:.4f} J{j:.4f}")
+    return "\n".join([*lines, ""])
 
 
 def rounded_centres(quick: bool) -> Iterator[Case]:
@@ -268,7 +280,7 @@ def helices(quick: bool) -> Iterator[Case]:
                 off = [np.cos(angle) - dtype(float(cosine)), np.sin(angle) - dtype(float(sine))]
                 naive = max(naive, 100 * hypot(*map(float, off)))
             yield Case(
-                "arcs", f"helix of {turns:.0e} turns", "place on the cylinder",
+                "arcs", f"helix of {power(turns)} turns", "place on the cylinder",
                 f"cos(2 pi k), {name}", naive, ours, 2e-12, "mm",
             )  # fmt: skip
 
@@ -277,14 +289,17 @@ SIXTEENTHS = [Fraction(k, 16) for k in range(1, 16)]
 
 
 def helix_error(path: Path, first: int, total: Fraction) -> float:
-    """Largest distance [mm] from a helix about the origin, R = 100, that begins at piece `first`.
+    """Largest distance [mm] from a helix about the origin, R = 100, that begins at X100 Y0.
+
+    Infinite when it turns otherwise than it should.
 
     Args:
         path: with the helix at its end.
-        first: its first piece.
-        total: its turns, positive against the clock.
+        first: piece of the path where it begins.
+        total: its turns, either way.
     """
-    sweeps = path.arcs["sweep"][path.arc[first:]]
+    sense = np.sign(path.arcs["sweep"][path.arc[first]])
+    sweeps = sense * path.arcs["sweep"][path.arc[first:]]
     begins = np.concatenate([[0.0], np.cumsum(np.rint(sweeps[:-1]))])
     worst = 0.0
     for share in SIXTEENTHS:
@@ -294,7 +309,8 @@ def helix_error(path: Path, first: int, total: Fraction) -> float:
         q = path.positions_on(np.array([first + piece]), np.array([s]))[0]
         turned = Fraction(float(begins[piece])) + Fraction(float(sweeps[piece])) * Fraction(s)
         sine, cosine = exact_sincosd(turned)
-        off = [q[path.xyz[0]] - 100 * float(cosine), q[path.xyz[1]] - 100 * float(sine)]
+        place = 100 * float(cosine), 100 * sense * float(sine)
+        off = [q[path.xyz[axis]] - place[axis] for axis in (0, 1)]
         worst = max(worst, hypot(*off))
     swept = fsum(sweeps.tolist()) / 360.0
     return worst if abs(swept - float(total)) < 1e-9 else inf

@@ -12,20 +12,17 @@ from gcodesim.collision.detector import Task, detect
 from gcodesim.collision.span_search import Aims
 from gcodesim.constants import DEFAULT_PERIOD_PS, TCP_DEVIATION_MM
 from gcodesim.machine.kinematics import sincosd
-from gcodesim.machine.model import Body, Machine, Pair, Part
-from gcodesim.machine.shapes import box, cylinder
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 from gcodesim.motion.path import Path
 from gcodesim.nc.program import AXES
 from gcodesim.study.exact_motion import exact_sincosd
+from gcodesim.study.scenes import flip_within_a_sample
 from gcodesim.study.stability_case import Case
 from gcodesim.study.stability_motion import DT, SEED, free_machine, path_of
 
 Floats = NDArray[np.float64]
 LEVER = 300.0
 """Distance of a point from the axis it turns about [mm]."""
-
-NO_PROGRESS = lambda done: None  # noqa: E731
 
 
 def right_angles(quick: bool) -> Iterator[Case]:
@@ -138,32 +135,18 @@ def _off_line(centre: ToolCentre, path: Path, joints: Floats) -> float:
 
 def flip(quick: bool) -> Iterator[Case]:
     """Half a turn between two samples, a block passing a pin: a pole without a rate limit."""
-    path, _ = path_of("G4 X0.0123\nG0 C-170.\nG4 X0.001", _flipping())
-    hits = [
-        detect(
-            Task(path, _flipping(), DEFAULT_PERIOD_PS, "cpu", "search", Aims(between=between),
-                 NO_PROGRESS)
-        ).contact
-        for between in (False, True)
-    ]  # fmt: skip
-    naive, ours = (float(hit is None) for hit in hits)
+    scene = flip_within_a_sample()
+    missed = []
+    for between in (False, True):
+        aims = Aims(between=between)
+        task = Task(
+            scene.path, scene.machine, DEFAULT_PERIOD_PS, "cpu", "search", aims, lambda done: None
+        )
+        missed.append(float(detect(task).contact is None))
     yield Case(
-        "TCP", "C turns 170 deg within one sample", "contacts missed", "samples alone",
-        naive, ours, 0.0, "contacts",
+        "TCP", "C turns 180 deg within one sample", "contacts missed", "samples alone",
+        missed[0], missed[1], 0.0, "contacts",
     )  # fmt: skip
-
-
-def _flipping() -> Machine:
-    """A table so fast that it needs one sample, a block on it, and a pin that stands still."""
-    machine = free_machine()
-    joints = tuple(
-        replace(joint, rapid=170.0 / DT, wrap="none") if joint.name == "C" else joint
-        for joint in machine.joints
-    )
-    block = box([60.0, 30.0, 20.0], [150.0, -40.0, 0.0])
-    pin = cylinder(4.0, 60.0, [-20.0, 185.0, 0.0], [0.0, 0.0, 1.0])
-    bodies = {name: Body(name, name, (Part(name, t),)) for name, t in (("C", block), ("Z", pin))}
-    return replace(machine, joints=joints, bodies=bodies, pairs=(Pair("C", "Z"),), tool=None)
 
 
 TURNS = (right_angles, wraps, pole, tip_paths, flip)

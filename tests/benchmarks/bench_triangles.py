@@ -19,8 +19,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-
 from gcodesim.study.exact import label, squared_clearance
 from gcodesim.study.families import FAMILIES, HARD, Array, generate
 

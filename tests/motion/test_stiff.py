@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from fractions import Fraction
-from math import fsum, hypot, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ from gcodesim.motion.planner import plan
 from gcodesim.nc.arcs import ArcTolerance, centre_from_radius
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.program import FeedMode, Kind
+from gcodesim.study.stability_motion import circle_program, helix_error
 
 FEED, ARC, RAPID = Kind.FEED, Kind.ARC, Kind.RAPID
 PROFILES = pytest.mark.parametrize("time", ["constant", "acceleration", "jerk"])
@@ -85,18 +86,7 @@ def test_helices_of_a_million_turns_keep_their_angle(turns: int, sense: int) -> 
     path, _ = plan(program([row], (100.0, 0, 0, 0, 0, 0)), axes_machine())
     assert tuple(path.q1[-1, :3]) == end
     total = Fraction(8 * turns + 1, 8)  # turns in all
-    for share in [Fraction(k, 16) for k in range(1, 16)]:
-        place = share * len(path)
-        piece, s = int(place), float(place - int(place))
-        start = np.abs(path.arcs["sweep"][:piece]).sum() / 360.0
-        part = Fraction(float(abs(path.arcs["sweep"][piece]))) / 360 * Fraction(s)
-        angle = 2 * np.pi * float((Fraction(round(start)) + part) % 1) * sense
-        q = path.positions_on(np.array([piece]), np.array([s]))[0]
-        np.testing.assert_allclose(
-            q[:2], 100 * np.array([np.cos(angle), np.sin(angle)]), atol=2e-12
-        )
-    swept = fsum(np.abs(path.arcs["sweep"][path.arc]).tolist()) / 360.0
-    assert abs(swept - float(total)) < 1e-9
+    assert helix_error(path, 0, total) <= 2e-12
     lasts = hypot(2 * np.pi * 100 * float(total), 50) / (1e6 / 60)
     slowest = 2 * np.pi * 100 * float(total) / 500  # X and Y at their rapid rates
     assert path.duration_s == pytest.approx(max(lasts, slowest), rel=1e-9)
@@ -123,13 +113,9 @@ def test_parts_of_arcs_of_any_radius_add_up(radius: float, rng: np.random.Genera
 @pytest.mark.parametrize("words", ["", "X{x} Y{y} "])
 def test_no_full_circle_vanishes(words: str, rng: np.random.Generator) -> None:
     """20,000 circles from any point under any offset: the end words absent, or the same."""
-    lines = ["%", "G21 G90 G17 G94 S100 M3 F1000", "G10 L2 P1 X123.4567 Y-76.5433 R33.3", "G54"]
-    for x, y, i, j in rng.uniform(-500, 500, (20_000, 4)).round(4):
-        lines += [f"G0 X{x:.4f} Y{y:.4f}"]
-        lines += [f"G2 {words.format(x=f'{x:.4f}', y=f'{y:.4f}')}I{i:.4f} J{j:.4f}"]
-    meaning = interpret(
-        "\n".join([*lines, "M30", "%"]), bare_control(None, "fanuc", None, False), ""
-    )
+    circles = circle_program(rng.uniform(-500, 500, (20_000, 4)).round(4), words)
+    text = f"%\nG21 G90 G17 G94 G54 S100 M3\n{circles}M30\n%"
+    meaning = interpret(text, bare_control(None, "fanuc", None, False), "")
     assert not [f for f in meaning.findings if f.severity == "error"]
     path, _ = plan(meaning.program, axes_machine())
     sweeps = path.arcs["sweep"]

@@ -1,0 +1,86 @@
+"""A machine file made from a foreign one: its YAML text, with what could not be carried over."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+Entry = Mapping[str, Any]
+
+TINY = 1e-12
+"""Numbers below this are rounding of a turn [mm, deg, or a unit vector's part] and written as 0."""
+
+PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./-]*")
+"""Text that YAML reads as itself, without quotes."""
+
+WORDS = {"true", "false", "null"}
+
+
+@dataclass
+class Imported:
+    """A machine file in the making.
+
+    Attributes:
+        name: of the machine.
+        origin: the foreign file and what kind it is, for the head.
+        settings: keys above the links, as `units`.
+        links: link -> its shape; the root first.
+        joints: axis letter -> its values, in the order of the tree.
+        sections: keys below the joints.
+        hints: comment lines at the end.
+        remarks: what could not be carried over, or had to be assumed.
+    """
+
+    name: str
+    origin: str
+    settings: dict[str, str] = field(default_factory=dict)
+    links: dict[str, Entry] = field(default_factory=dict)
+    joints: dict[str, Entry] = field(default_factory=dict)
+    sections: dict[str, Entry] = field(default_factory=dict)
+    hints: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """The machine file."""
+        lines = [f"# Made by `gcodesim machine import` from {self.origin}."]
+        if self.remarks:
+            lines.append("# Not carried over, or assumed; check every line of it:")
+            lines += [f"#   - {printable(remark)}" for remark in self.remarks]
+        lines += ["", f"name: {plain_name(self.name)}"]
+        lines.append('verified: false    # nobody has measured it: reports say "unverified model"')
+        lines += [f"{key}: {value}" for key, value in self.settings.items()]
+        lines += ["", "links:", *(f"  {name}: {flow(v)}" for name, v in self.links.items())]
+        lines += ["", "joints:", *(f"  {name}: {flow(v)}" for name, v in self.joints.items()), ""]
+        lines += [f"{key}: {flow(value)}" for key, value in self.sections.items()]
+        return "\n".join([*lines, *(f"# {hint}" for hint in self.hints)]) + "\n"
+
+
+def flow(value: Any) -> str:
+    """A value in YAML's flow style."""
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{key}: {flow(v)}" for key, v in value.items()) + "}"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(flow(v) for v in value) + "]"
+    if isinstance(value, str):
+        plain = PLAIN.fullmatch(value) and value.lower() not in WORDS
+        return value if plain else json.dumps(value, ensure_ascii=False)
+    return number(value)
+
+
+def number(value: float) -> str:
+    """The shortest text of a number to 15 digits."""
+    return "0" if abs(value) < TINY else f"{value:.15g}"
+
+
+def plain_name(text: str) -> str:
+    """A name for a machine, link or part: other characters become `_`."""
+    return re.sub(r"[^A-Za-z0-9_-]", "_", text) or "unnamed"
+
+
+def printable(text: str) -> str:
+    """The text on one line, so that nothing of a foreign file gets out of a comment."""
+    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
