@@ -41,12 +41,13 @@ LAYERS = {
     "report": TYPES - {"nc.program", "machine.model"},
     "evidence": TYPES | {"nc", "machine", "motion", "collision"},
     "audit": TYPES | {"collision"},
+    "lint": TYPES | {"machine", "motion", "collision"},
     "check": TYPES | {"nc", "machine", "motion", "collision", "evidence", "audit"},
     "trace": TYPES | {"machine", "motion"},
     "study": TYPES | {"nc", "machine", "motion", "collision", "audit", "check", "__init__"},
     "cli": TYPES
     | {
-        *("nc", "machine", "motion", "report", "check", "study", "trace", "explain", "__init__"),
+        *("nc", "machine", "motion", "report", "check", "study", "trace", "lint", "explain", "__init__"),
     },
     "explain": TYPES | {"nc"},
     "__main__": {"cli"},

@@ -106,12 +106,11 @@ def import_(path: str, out: str | None) -> None:
     from gcodesim.machine.linuxcnc_ini import import_ini
     from gcodesim.machine.urdf import import_urdf
 
-    reader = {".ini": import_ini, ".urdf": import_urdf, ".xml": import_urdf}.get(
-        Path(path).suffix.lower()
-    )
-    if reader is None:
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".ini", ".urdf", ".xml"):
         raise UsageError(f"{path}: expected a LinuxCNC .ini file, or a .urdf file (or .xml)")
-    found = reader(path, str(Path(out).parent) if out else str(Path(path).parent))
+    folder = str(Path(out or path).parent)
+    found = import_ini(path) if suffix == ".ini" else import_urdf(path, folder)
     if out:
         _write(out, found.text)
     else:

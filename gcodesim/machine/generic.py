@@ -8,12 +8,12 @@ HEAD = """\
 # {title}
 #
 # A generic machine, not a real one. Replace, in this order:
-#   1. joints: axis, point, limits and rapid, from the builder's papers. Jog every axis plus and look
-#      which way its link really goes: `axis` is the direction of the CHILD link. Seen from above, a
-#      table that turns clockwise at C plus (ISO 841) has the axis [0, 0, -1].
+#   1. joints: axis, point, limits and rapid, from the builder's papers. Jog every axis plus and
+#      look which way its link really goes: `axis` is the direction of the CHILD link. Seen from
+#      above, a table that turns clockwise at C plus (ISO 841) has the axis [0, 0, -1].
 #   2. tool and work: where the spindle face is at the zero pose, and the zero points.
-#   3. links: the shapes, as boxes and cylinders or as `mesh: file.stl` beside this file; all of them
-#      in WORLD coordinates at the zero pose of all joints.
+#   3. links: the shapes, as boxes and cylinders or as `mesh: file.stl` beside this file; all
+#      of them in WORLD coordinates at the zero pose of all joints.
 # Then `gcodesim machine lint` on this file; `verified: true` once the machine has been measured.
 # Lengths mm, angles degrees, speeds mm/min and deg/min, accelerations mm/s^2 and deg/s^2.
 

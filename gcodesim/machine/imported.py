@@ -77,8 +77,8 @@ def number(value: float) -> str:
 
 
 def plain_name(text: str) -> str:
-    """A name for a machine, link or part: other characters become `_`."""
-    return re.sub(r"[^A-Za-z0-9_-]", "_", text) or "unnamed"
+    """A name for a machine, link or part: what is no letter, digit, `-` or `_` becomes `_`."""
+    return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "unnamed"
 
 
 def printable(text: str) -> str:

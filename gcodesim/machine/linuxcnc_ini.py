@@ -150,7 +150,7 @@ def import_ini(path: str) -> Imported:
             parent = letter
     work = kinematics.work[-1] if kinematics.work else "bed"
     machine.sections["tool"] = {"link": tool[-1], "gauge_point": (0, 0, 0), "axis": (0, 0, 1)}
-    zero = {axis: 0 for axis in "XYZ"}
+    zero = dict.fromkeys("XYZ", 0)
     machine.sections["work"] = {"link": work, "offsets": {"G54": zero}}
     machine.sections["start"] = _start(ini, machine, letters)
     machine.remarks += _left_behind(ini, letters)
@@ -236,7 +236,8 @@ def _points(
     scale, found = _unit(ini, "LINEAR_UNITS", LINEAR_UNITS), {}
     for pin, default in kinematics.parameters.items():
         if pin not in pins:
-            machine.remarks.append(f"{name}.{pin} is set nowhere: its default {default:g} is used")
+            text = f"no number was found for {name}.{pin}: its default {default:g} is used"
+            machine.remarks.append(text)
         found[pin] = pins.get(pin, default) * scale
     for pin in sorted(pins.keys() - found.keys() - {"tool-offset"}):
         machine.remarks.append(f"{name}.{pin} = {pins[pin]:g} is not carried over")
@@ -285,8 +286,11 @@ def _float(text: str) -> float | None:
 
 
 def _unit(ini: IniFile, key: str, units: dict[str, float]) -> float:
-    """Millimetres or degrees in a machine unit."""
+    """Millimetres or degrees in a machine unit; a number says how many units those are."""
     text = (ini.value("TRAJ", key) or next(iter(units))).lower()
+    per_unit = _float(text)
+    if per_unit is not None and per_unit > 0.0:
+        return 1.0 / per_unit
     if text not in units:
         raise ini.error(f"unknown unit {text!r}; {suggest(text, units)}", "TRAJ", key)
     return units[text]
@@ -353,9 +357,9 @@ def _limits(ini: IniFile, letters: str, letter: str) -> tuple[float, float] | No
     if low >= high:
         text = f"MIN_LIMIT {low:g} of {letter} is not below MAX_LIMIT {high:g}"
         raise ini.error(text, where, "MIN_LIMIT")
-    if -UNLIMITED < low and high < UNLIMITED:
+    if low > -UNLIMITED and high < UNLIMITED:
         return low, high
-    if lower is None and upper is None or (low <= -UNLIMITED and high >= UNLIMITED):
+    if (lower is None and upper is None) or (low <= -UNLIMITED and high >= UNLIMITED):
         return None
     text = f"{letter} has one limit only: give both MIN_LIMIT and MAX_LIMIT"
     raise ini.error(text, where, "MIN_LIMIT" if lower is not None else "MAX_LIMIT")

@@ -23,9 +23,11 @@ Floats = NDArray[np.float64]
 EASE_IN, HOLD, EASE_OUT = 0, 1, 2
 """Shapes of a phase: the acceleration grows from 0, keeps its value (or is 0), falls to 0."""
 
-BISECTIONS = 45
-"""Halvings that find the top speed of a move too short to reach its feed, to 3e-14 of that."""
+BISECTIONS = 52
+"""Halvings that find the top speed of a move too short to reach its feed, to the last digit."""
 
+ROUNDED_UP = 1.0 + 1e-9
+"""Widens a bracket by far more than it can have been rounded."""
 
 CHUNK = 1 << 14
 """Moves looked at together: their arrays stay in the cache of a core."""
@@ -72,7 +74,12 @@ def top_speed(u: Floats, w: Floats, cap: Floats, length: Floats, a: Floats, j: F
     if np.isinf(j).all():
         mean = 0.5 * (u * u + w * w)
         return np.clip(np.sqrt(mean + a * length), most, np.maximum(cap, most))
-    top = np.maximum(cap, most)
+    # A rise of r from the faster end takes 2 sqrt(r/j) and r/a at least, at a mean speed of r/2 and
+    # of that end at least, in the length: a bracket that far feeds do not widen.
+    with np.errstate(divide="ignore"):
+        rise = np.minimum(np.cbrt(j * length * length), j * (0.5 * length / most) ** 2)
+        rise = np.minimum(rise, np.minimum(np.sqrt(2.0 * a * length), a * length / most))
+    top = np.maximum(np.minimum(cap, most + rise * ROUNDED_UP), most)
     short = np.flatnonzero(_ramps(u, top, w, a, j) > length)
     for first in range(0, len(short), CHUNK):
         at = short[first : first + CHUNK]
