@@ -121,12 +121,26 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
 
 
 def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:
-    """A finding for the first contact, and with --stop all one for every later interval."""
+    """A finding for the first contact, and with --stop all one for every other contact."""
     first = detection.contact
     if first is None:
         return []
-    later = [c for interval, c in _intervals(detection) if interval.start_ps > first.time_ps]
-    return [contact_finding(c, first_contact(c, path, ())) for c in (first, *later)]
+    touches = _intervals(detection)
+    others = [c for i, c in touches if not _begins_with(i, c, first)]
+    # A body that is inside another while their surfaces touch is one contact.
+    alone = [c for c in detection.contained if not any(_covers(i, t, c) for i, t in touches)]
+    others += [c for c in alone if c is not first]
+    return [contact_finding(c, first_contact(c, path, ())) for c in (first, *others)]
+
+
+def _begins_with(interval: Interval, contact: Contact, first: Contact) -> bool:
+    """Whether an interval is the one whose begin is the first contact."""
+    touch = first.triangles is not None or first.between
+    return touch and contact.pair == first.pair and interval.start_ps <= first.time_ps
+
+
+def _covers(interval: Interval, touch: Contact, inside: Contact) -> bool:
+    return touch.pair == inside.pair and interval.start_ps <= inside.time_ps <= interval.end_ps
 
 
 def contacts(detection: Detection) -> tuple[ContactInterval, ...]:
@@ -207,7 +221,10 @@ def coverage(
             for pair in pairs
             if pair.clearance > 0.0 and not searches
         ),
-        unchecked_by_rule=machine.unchecked_by_rule,
+        unchecked_by_rule=(
+            *machine.unchecked_by_rule,
+            *(f"{a}-{b}: allowed, {reason}" for a, b, reason in machine.allowed),
+        ),
         off_path=off_path,
     )
 

@@ -46,6 +46,9 @@ ADVICE: dict[str, str] = {
     "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",
     "GC503": "Set `units:` of the machine file: the mesh is far larger or smaller than the travel.",
     "GC504": "Repair the mesh; triangles without area are left out.",
+    "GC601": "Give a reason, or correct the comment: (gcodesim: ignore GC201 reason=why). What was "
+    "not checked, and the end of a refused program, cannot be ignored.",
+    "GC602": "Take the comment out, or let --update-baseline take the entry out.",
     "GC901": "Run the check again; what was not reached is not decided.",
 }
 """Code -> what to do."""
@@ -54,11 +57,15 @@ OTHER_MEANINGS: dict[str, tuple[str, str]] = {
     "audit_agrees": ("GC430", "checking with nothing left out gives the same answer"),
     "audit_disagrees": ("GC901", "checking with nothing left out gives another answer: report it"),
     "axis_too_slow": ("GC303", "the block is stretched to the rapid rate of its slowest axis"),
+    "baseline_unused": ("GC602", "what was accepted is gone: --update-baseline removes the entry"),
     "body_unpaired": ("GC430", "name the body in `pairs`, or leave `pairs` out"),
     "clearance": ("GC201", "give the pair more room, or a smaller clearance"),
     "contact": ("GC101", "surfaces of two bodies touch or cross; GC102 to GC107 in the same way"),
     "containment": ("GC106", "one body lies wholly inside the other"),
     CONTAINMENT_UNDECIDED: ("GC501", "the mesh must be closed to tell inside from outside"),
+    "ignore_refused": ("GC601", "a contact needs a reason, and what was not checked always counts"),
+    "ignore_unreadable": ("GC601", "write (gcodesim: ignore GC201 reason=why) in the block's line"),
+    "ignore_unused": ("GC602", "take the comment out: its block has no such finding"),
     "max_pieces": ("GC424", "turn less under tool centre point control, or in several programs"),
     "mesh_degenerate": ("GC504", "triangles without area cannot be touched and are left out"),
     "mesh_inward": ("GC504", "the triangles face inwards; they were turned over"),
@@ -76,6 +83,7 @@ OTHER_MEANINGS: dict[str, tuple[str, str]] = {
     "reference_out_of_travel": ("GC301", "the reference position, or the travel, is wrong"),
     "rest": ("GC502", "correct shapes, joints or start; or `allow` the pair, with a reason"),
     "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
+    "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
     "time_limit": ("GC424", "what follows the limit of program time was not checked"),
     "tool_centre_unsolved": ("GC430", "X Y Z between work and tool, and A B C that point the tool"),
     "tool_part_without_shape": ("GC421", "give shank and holder in the tools file"),

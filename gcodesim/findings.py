@@ -53,8 +53,23 @@ CODES: dict[str, Code] = {
     "GC502": Code("links touch at rest", "warning", NOTED),
     "GC503": Code("suspicious unit of a mesh", "warning", NOTED),
     "GC504": Code("faulty mesh", "warning", NOTED),
+    "GC601": Code("ignored in a way that does not count", "error", FAIL),
+    "GC602": Code("nothing left to ignore", "note", NOTED),
     "GC901": Code("the check stopped early", "error", INCONCLUSIVE),
 }
+
+
+@dataclass(frozen=True)
+class Ignored:
+    """Why a finding does not count.
+
+    Attributes:
+        by: who says so, for example ``comment``, ``--ignore GC201`` or the name of a baseline.
+        reason: what they say; empty where none is needed.
+    """
+
+    by: str
+    reason: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,6 +86,7 @@ class Finding:
         pair: names of the two bodies.
         tool: number of the tool in the spindle.
         severity: overrides the severity of the code ("error" turns a noted code into FAIL).
+        ignored: why it does not count (gcodesim.policy); None: it counts.
     """
 
     code: str
@@ -84,6 +100,7 @@ class Finding:
     pair: tuple[str, str] | None = None
     tool: int | None = None
     severity: str = ""
+    ignored: Ignored | None = None
 
     def __post_init__(self) -> None:
         if not self.severity:
@@ -96,3 +113,13 @@ class Finding:
             return INCONCLUSIVE
         effect = CODES[self.code].effect
         return FAIL if effect == NOTED and self.severity == "error" else effect
+
+    @property
+    def is_contact(self) -> bool:
+        """Two bodies meet."""
+        return self.code.startswith("GC1")
+
+    @property
+    def leaves_unchecked(self) -> bool:
+        """Because of it something was not looked at: the rest of a refused program, a pair."""
+        return self.effect == INCONCLUSIVE or (self.code.startswith("GC4") and self.effect == FAIL)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gcodesim.constants import TOLERANCE_MM
-from gcodesim.findings import FAIL, INCONCLUSIVE, Finding
+from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
 
 PASS = "pass"
 
@@ -16,6 +16,9 @@ CONTRACT = (
     "whatever was not checked makes the verdict INCONCLUSIVE."
 )
 """What a verdict promises, word for word as in README, --help and the report."""
+
+LEVELS = ("contact", "error", "warning", "note")
+"""What makes a program FAIL (--fail-on): contacts only, or findings of this severity and above."""
 
 EXIT_CODES = {PASS: 0, FAIL: 1, INCONCLUSIVE: 3}
 USAGE_EXIT, INTERRUPT_EXIT = 2, 130
@@ -114,7 +117,9 @@ class CheckResult:
     """Everything a report shows about one program.
 
     `tool_times` are numbers of tools, None before the first change, with their program time [s];
-    `tolerance_mm` is the distance below which time between samples does not count as free.
+    `tolerance_mm` is the distance below which time between samples does not count as free;
+    `fail_on` is one of LEVELS; `setup` the file it ran with; `pictures` are files
+    that show what was found.
     """
 
     program: str
@@ -138,16 +143,45 @@ class CheckResult:
     left_out: tuple[LeftOut, ...] = ()
     work: dict[str, int] = field(default_factory=dict)
     timing_s: dict[str, float] = field(default_factory=dict)
+    fail_on: str = "error"
+    setup: str = ""
+    pictures: tuple[str, ...] = ()
 
     @property
     def verdict(self) -> str:
         """pass, fail or inconclusive."""
-        return decide(self.findings, self.samples, len(self.coverage.pairs))
+        return decide(self.findings, self.samples, len(self.coverage.pairs), self.fail_on)
+
+    @property
+    def counted(self) -> tuple[Finding, ...]:
+        """The findings that count."""
+        return tuple(finding for finding in self.findings if not finding.ignored)
+
+    @property
+    def ignored(self) -> tuple[Finding, ...]:
+        """The findings that somebody asked to ignore."""
+        return tuple(finding for finding in self.findings if finding.ignored)
 
 
-def decide(findings: Sequence[Finding], samples: int, pairs: int) -> str:
-    """Verdict that follows from the findings: nothing checked is never a pass."""
-    effects = {finding.effect for finding in findings}
+def effect_at(finding: Finding, fail_on: str) -> str:
+    """Effect of a finding under --fail-on.
+
+    A laxer level never turns what was not checked into a PASS: a refused program is INCONCLUSIVE
+    where it does not count as FAIL.
+    """
+    if finding.is_contact or fail_on == "error":
+        return finding.effect
+    if fail_on == "contact":
+        if finding.effect != FAIL or finding.code == "GC601":
+            return finding.effect
+        return INCONCLUSIVE if finding.leaves_unchecked else NOTED
+    strict = LEVELS.index(finding.severity) <= LEVELS.index(fail_on)
+    return FAIL if strict and finding.effect == NOTED else finding.effect
+
+
+def decide(findings: Sequence[Finding], samples: int, pairs: int, fail_on: str = "error") -> str:
+    """Verdict that follows from the findings that count: nothing checked is never a pass."""
+    effects = {effect_at(finding, fail_on) for finding in findings if not finding.ignored}
     if FAIL in effects:
         return FAIL
     if INCONCLUSIVE in effects or samples == 0 or pairs == 0:

@@ -32,13 +32,17 @@ THIRD_PARTY = {
 }
 """Package -> the only files that may import it. What is not listed is imported nowhere."""
 
-TYPES = {"constants", "errors", "findings", "verdict", "nc.program", "machine.model"}
+TYPES = {
+    *("constants", "errors", "findings", "fingerprints", "verdict", "nc.program", "machine.model")
+}
 LAYERS = {
     "nc": TYPES - {"machine.model"},
     "machine": TYPES | {"nc"},
     "motion": TYPES | {"machine"},
     "collision": TYPES | {"machine", "motion"},
-    "report": TYPES - {"nc.program", "machine.model"},
+    "report": TYPES - {"nc.program", "machine.model"} | {"explain", "__init__"},
+    "policy": TYPES - {"nc.program", "machine.model"},
+    "settings": {"errors"},
     "evidence": TYPES | {"nc", "machine", "motion", "collision"},
     "audit": TYPES | {"collision"},
     "lint": TYPES | {"machine", "motion", "collision"},
@@ -47,7 +51,8 @@ LAYERS = {
     "study": TYPES | {"nc", "machine", "motion", "collision", "audit", "check", "__init__"},
     "cli": TYPES
     | {
-        *("nc", "machine", "motion", "report", "check", "study", "trace", "lint", "explain", "__init__"),
+        *("nc", "machine", "motion", "report", "policy", "settings", "check", "study", "trace"),
+        *("lint", "explain", "__init__"),
     },
     "explain": TYPES | {"nc"},
     "__main__": {"cli"},

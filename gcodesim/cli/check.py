@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import os
 import sys
 import time
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,15 +18,21 @@ from gcodesim.cli.options import (
     progress_bar,
     read_text,
 )
+from gcodesim.cli.reports import parse_destinations, print_text, write_reports
+from gcodesim.cli.settings import Plan, make_plans, show_settings
 from gcodesim.errors import UsageError
-from gcodesim.verdict import EXIT_CODES, USAGE_EXIT, worst_exit
+from gcodesim.report.run import FORMATS, Failure, Run
+from gcodesim.verdict import EXIT_CODES, LEVELS, USAGE_EXIT, CheckResult, worst_exit
 
 if TYPE_CHECKING:
-    from gcodesim.verdict import CheckResult
+    from gcodesim.check import Options
+    from gcodesim.machine.model import Machine
+    from gcodesim.policy.baseline import Baseline
+    from gcodesim.policy.policy import Policy
 
 
 @click.command()
-@click.argument("programs", nargs=-1, required=True, metavar="PROGRAM...")
+@click.argument("programs", nargs=-1, metavar="PROGRAM...")
 @click.option(
     "--machine",
     "machine_path",
@@ -107,11 +112,45 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--format",
-    "report_format",
-    type=click.Choice(["text", "json"]),
+    type=click.Choice(FORMATS),
     default="text",
     show_default=True,
     help="Form of the report on standard output.",
+)
+@click.option(
+    "--report",
+    multiple=True,
+    metavar="FORMAT=PATH",
+    help="Write the report in this form too; may be repeated. PATH - is standard output.",
+)
+@click.option(
+    "--fail-on",
+    type=click.Choice(LEVELS),
+    default="error",
+    show_default=True,
+    help="What makes a program FAIL: contacts only, or findings of this severity and above.",
+)
+@click.option(
+    "--select",
+    multiple=True,
+    metavar="CODE",
+    help="Of what may be ignored only these codes count (GC201, or GC2 for all of GC2xx).",
+)
+@click.option(
+    "--ignore",
+    multiple=True,
+    metavar="CODE[=REASON]",
+    help="These codes do not count; contacts (GC1xx) need a reason.",
+)
+@click.option("--baseline", metavar="FILE", help="Findings in this file do not count.")
+@click.option("--update-baseline", is_flag=True, help="Write what is found into the baseline.")
+@click.option(
+    "--settings",
+    metavar="FILE",
+    help="Settings file. Left out: gcodesim.toml or pyproject.toml above the programs.",
+)
+@click.option(
+    "--show-settings", is_flag=True, help="Print the options in force, and check nothing."
 )
 @click.option(
     "--allow-outside",
@@ -121,53 +160,169 @@ if TYPE_CHECKING:
 @click.option("--quiet", is_flag=True, help="No progress bar.")
 @click.option("--no-color", is_flag=True, help="No colours; NO_COLOR does the same.")
 def check(programs: tuple[str, ...], **given: Any) -> None:
-    """Check PROGRAMs: does the machine hit itself? `-` reads standard input."""
-    _refuse_search_options(given)
-    from gcodesim.check import Options, check_program
+    """Check PROGRAMs: does the machine hit itself? `-` reads standard input.
+
+    Without PROGRAMs the jobs of the settings file are carried out.
+    """
+    context = click.get_current_context()
+    settings, plans = make_plans(context, programs)
+    if given["show_settings"]:
+        click.echo(show_settings(context, settings, plans))
+        return
+    if not any(plan.programs for plan in plans):
+        raise click.UsageError("Missing argument 'PROGRAM...', and no [[jobs]] in a settings file.")
+    of_run = plans[0].values
+    named = [program for plan in plans for program in plan.programs]
+    destinations = parse_destinations(of_run["report"], plans[0].label("report"), named)
+    baseline = _baseline(of_run["baseline"], given["update_baseline"])
+    tasks = [task for plan in plans for task in _tasks(plan, baseline)]
+    results, failures = _check_all(tasks, of_run, given["update_baseline"])
+    run = Run(tuple(results), tuple(failures))
+    write_reports(run, of_run["format"], destinations)
+    codes = [EXIT_CODES[result.verdict] for result in results] + [USAGE_EXIT for _ in failures]
+    sys.exit(worst_exit(codes))
+
+
+@dataclass(frozen=True)
+class Task:
+    """A program, and everything that decides what is said about it."""
+
+    program: str
+    machine: Machine
+    setup: str
+    options: Options
+    policy: Policy
+
+
+def _tasks(plan: Plan, baseline: Baseline | None) -> list[Task]:
+    """The programs of a plan; whatever is wrong with its options is told before any check."""
     from gcodesim.machine.loading import load_machine
+    from gcodesim.policy.policy import Policy
+    from gcodesim.policy.rules import parse_prefix, parse_rule
+
+    values = plan.values
+    _refuse_search_options(values)
+    policy = Policy(
+        fail_on=values["fail_on"],
+        select=tuple(parse_prefix(text, plan.label("select")) for text in values["select"]),
+        ignore=tuple(parse_rule(text, plan.label("ignore")) for text in values["ignore"]),
+        baseline=baseline,
+    )
+    machine = load_machine(
+        machine_path_of(values["machine"], values["setup"]),
+        tools=values["tools"],
+        setup=values["setup"],
+        allow_outside=values["allow_outside"],
+    )
+    machine = replace(machine, rapids=values["rapids"] or machine.rapids)
+    options = _options(values)
+    setup = values["setup"] or ""
+    return [Task(program, machine, setup, options, policy) for program in plan.programs]
+
+
+def _options(values: dict[str, Any]) -> Options:
+    from gcodesim.check import Options
     from gcodesim.nc.control import MAX_BLOCKS
 
-    machine = load_machine(
-        machine_path_of(given["machine_path"], given["setup"]),
-        tools=given["tools"],
-        setup=given["setup"],
-        allow_outside=given["allow_outside"],
+    return Options(
+        dialect=values["dialect"],
+        feed=values["feed"],
+        period_ps=values["sample_period"],
+        device=values["device"],
+        method=values["method"],
+        between=values["between_samples"] == "on",
+        clearance=values["clearance"],
+        minimum=values["min_clearance"],
+        stop_all=values["stop"] == "all",
+        audit=values["audit"],
+        block_delete=values["block_delete"],
+        max_blocks=values["max_blocks"] or MAX_BLOCKS,
     )
-    machine = replace(machine, rapids=given["rapids"] or machine.rapids)
-    options = Options(
-        dialect=given["dialect"],
-        feed=given["feed"],
-        period_ps=given["sample_period"],
-        device=given["device"],
-        method=given["method"],
-        between=given["between_samples"] == "on",
-        clearance=given["clearance"],
-        minimum=given["min_clearance"],
-        stop_all=given["stop"] == "all",
-        audit=given["audit"],
-        block_delete=given["block_delete"],
-        max_blocks=given["max_blocks"] or MAX_BLOCKS,
-    )
-    results, codes = [], []
-    for program in programs:
+
+
+def _baseline(path: str | None, update: bool) -> Baseline | None:
+    from gcodesim.policy.baseline import read_baseline
+
+    if path is None and update:
+        raise UsageError("--update-baseline needs --baseline FILE")
+    return None if path is None else read_baseline(path, may_be_new=update)
+
+
+def _check_all(
+    tasks: Sequence[Task], of_run: dict[str, Any], update: bool
+) -> tuple[list[CheckResult], list[Failure]]:
+    """Check every program; text reports are printed as they come."""
+    checked: list[tuple[Task, CheckResult, str]] = []
+    results: list[CheckResult] = []
+    failures: list[Failure] = []
+
+    def judge(task: Task, result: CheckResult, text: str) -> None:
+        results.append(task.policy.apply(result, text, stop_all=task.options.stop_all))
+        if of_run["format"] == "text":
+            print_text(results[-1], of_run["no_color"])
+
+    for task in tasks:
         try:
-            begin = time.perf_counter()
-            name, text = read_text(program)
-            read_s = time.perf_counter() - begin
-        except UsageError as error:
+            result, text = _check_one(task, of_run["quiet"])
+        except UnreadableError as error:
             # The other programs still get their reports.
             click.echo(f"gcodesim: {error}", err=True)
-            codes.append(USAGE_EXIT)
+            failures.append(Failure(task.program, str(error)))
             continue
-        with progress_bar(name, given["quiet"]) as progress:
-            result = check_program(text, name, machine, options, progress)
-        results.append(replace(result, timing_s={"read": read_s} | result.timing_s))
-        codes.append(EXIT_CODES[results[-1].verdict])
-        if given["report_format"] == "text":
-            _print_text(results[-1], given["no_color"])
-    if given["report_format"] == "json" and (results or len(programs) > 1):
-        _print_json(results, len(programs) > 1)
-    sys.exit(worst_exit(codes))
+        if update:
+            checked.append((task, result, text))
+        else:
+            judge(task, result, text)
+    if update:
+        for task, result, text in _with_new_baseline(checked):
+            judge(task, result, text)
+    return results, failures
+
+
+class UnreadableError(UsageError):
+    """The program cannot be read."""
+
+
+def _check_one(task: Task, quiet: bool) -> tuple[CheckResult, str]:
+    from gcodesim.check import check_program
+
+    begin = time.perf_counter()
+    try:
+        name, text = read_text(task.program)
+    except UsageError as error:
+        raise UnreadableError(str(error)) from error
+    read_s = time.perf_counter() - begin
+    with progress_bar(name, quiet) as progress:
+        result = check_program(text, name, task.machine, task.options, progress)
+    timing = {"read": read_s} | result.timing_s
+    return replace(result, timing_s=timing, setup=task.setup), text
+
+
+def _with_new_baseline(
+    checked: Sequence[tuple[Task, CheckResult, str]],
+) -> list[tuple[Task, CheckResult, str]]:
+    """Write the baseline from what was found, and put it in force."""
+    from gcodesim.policy.policy import looked_at_all
+
+    if not checked:
+        return []
+    old = checked[0][0].policy.baseline
+    assert old is not None
+    new = old.updated(
+        (
+            result,
+            task.policy.wanted(result, text),
+            looked_at_all(result, task.options.stop_all),
+        )
+        for task, result, text in checked
+    )
+    new.write()
+    added, gone = new.entries.keys() - old.entries.keys(), old.entries.keys() - new.entries.keys()
+    click.echo(f"gcodesim: {new.path}: {len(added)} added, {len(gone)} removed", err=True)
+    return [
+        (replace(task, policy=replace(task.policy, baseline=new)), result, text)
+        for task, result, text in checked
+    ]
 
 
 def _refuse_search_options(given: dict[str, Any]) -> None:
@@ -181,22 +336,3 @@ def _refuse_search_options(given: dict[str, Any]) -> None:
     wrong = [option for option, is_given in asked.items() if is_given]
     if wrong and given["method"] != "search":
         raise UsageError(f"{wrong[0]} needs --method search, not {given['method']}")
-
-
-def _print_text(result: CheckResult, no_color: bool) -> None:
-    """Print the text report; without colour it holds no escape codes at all."""
-    from rich.console import Console
-
-    from gcodesim.report.text import print_report
-
-    plain = no_color or bool(os.environ.get("NO_COLOR"))
-    colors: Literal["auto"] | None = None if plain else "auto"
-    print_report(result, Console(color_system=colors, highlight=False, soft_wrap=True))
-
-
-def _print_json(results: list[CheckResult], several: bool) -> None:
-    """Print the JSON report; several programs are one array, whatever became of them."""
-    from gcodesim.report.json_report import report_dict
-
-    reports = [report_dict(result) for result in results]
-    click.echo(json.dumps(reports if several else reports[0], indent=2))

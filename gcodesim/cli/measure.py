@@ -94,6 +94,14 @@ def study() -> None:
     help="Random programs of each kind (3 axes, 3+2, 5 axes) besides.",
 )
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the random programs.")
+@click.option(
+    "--refine",
+    type=click.IntRange(0, 4),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Times that every triangle is cut into four: what finer meshes gain.",
+)
 @click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
 @click.option("--csv", "csv_path", metavar="FILE", help="Write one row per program.")
 def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
@@ -105,7 +113,12 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
 
     with progress_bar("programs", False) as progress:
         report = leave_out_study(
-            list(programs), machine_path, given["generated"], given["seed"], progress
+            list(programs),
+            machine_path,
+            given["generated"],
+            given["seed"],
+            given["refine"],
+            progress,
         ).as_report()
     print_leave_out(report, Console(highlight=False, soft_wrap=True))
     if given["json_path"]:

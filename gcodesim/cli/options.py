@@ -28,6 +28,11 @@ def period(text: str) -> int:
     return count
 
 
+def period_text(picoseconds: int) -> str:
+    """A period as `period` reads it."""
+    return f"{picoseconds / UNITS_PS['ms']:g}ms"
+
+
 class FiniteRange(click.FloatRange):
     """A range of numbers: not a number and infinity, which compare oddly, are refused."""
 

@@ -40,6 +40,7 @@ class Detection:
         checked: pairs looked at.
         spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
+        contained: with --stop all, bodies inside another where they appear.
         undecided: open parts for which containment cannot be decided, with their pair.
         findings: what the search found per span besides the first contact.
         steps: per span the largest step of a pair from sample to sample, and the pair.
@@ -49,6 +50,7 @@ class Detection:
     checked: set[Pair] = field(default_factory=set)
     spans: list[Span] = field(default_factory=list)
     missing: list[Span] = field(default_factory=list)
+    contained: list[Contact] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
     steps: list[tuple[Pair, Step]] = field(default_factory=list)
@@ -76,18 +78,24 @@ class Task:
     progress: Callable[[float], None]
 
 
-def load_kernels(method: str, device: str) -> None:
-    """Compile what a method needs, or load it from Warp's cache, so that it is timed apart."""
+def load_kernels(method: str, device: str) -> tuple[str, ...]:
+    """Compile what a method needs, or load it from Warp's cache, so that it is timed apart.
+
+    Returns:
+        The modules, by their names in this package.
+    """
     if method == "paper":
         from gcodesim.collision import paper  # no other check has a use for it
 
         wp.load_module(paper, device=device)
-        return
+        return ("paper",)
     wp.load_module(exhaustive, device=device)
-    if method == "search":
-        wp.load_module(chords, device=device)
-        wp.load_module(search_kernel, device=device)
-        wp.load_module(tree_kernel, device="cpu")
+    if method != "search":
+        return ("exhaustive",)
+    wp.load_module(chords, device=device)
+    wp.load_module(search_kernel, device=device)
+    wp.load_module(tree_kernel, device="cpu")
+    return ("exhaustive", "chords", "search_kernel", "tree_kernel")
 
 
 def detect(task: Task) -> Detection:
@@ -122,7 +130,8 @@ def detect(task: Task) -> Detection:
         else:
             contact = _sample(task, place, arrays, detection)
         inside = _contain(place, detection)
-        found = [c for c in (inside, contact, detection.contact) if c]
+        detection.contained += inside if task.aims.stop_all else []
+        found = [c for c in (*inside, contact, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
         if detection.contact and not task.aims.stop_all:
             break
@@ -212,13 +221,12 @@ def _travelled(task: Task) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _contain(place: Place, detection: Detection) -> Contact | None:
-    """A body inside another at the start of a span: a contact that surfaces do not show."""
+def _contain(place: Place, detection: Detection) -> list[Contact]:
+    """Bodies inside another at the start of a span: contacts that surfaces do not show."""
     q = place.path.positions(np.array([place.span.start_ps]))[0]
     world = world_from_link(place.machine, q)
     scene = place.scene
     relative = [np.linalg.inv(world[a]) @ world[b] for a, b in scene.links]
     found = find_containments(scene, relative)
     detection.undecided += [(scene.pairs[c.pair], c.outer) for c in found if not c.decided]
-    inside = next((c for c in found if c.decided), None)
-    return place.containment(inside) if inside else None
+    return [place.containment(c) for c in found if c.decided]

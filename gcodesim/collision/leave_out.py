@@ -7,20 +7,21 @@ that no remaining pair needs, cost nothing either; they are named so that the re
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.collision.poses import joints_between
-from gcodesim.collision.reach import sweep
+from gcodesim.collision.reach import Boxes, sweep
+from gcodesim.collision.regions import Regions
 from gcodesim.collision.scene import Scene, restricted
 from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 
-LARGEST_TABLE = 4_000_000
-"""Region pairs compared one by one at most; larger bodies are compared as a whole."""
+MOST_BOXES = 128
+"""Boxes of a body that are compared with those of another; more are joined, neighbours first."""
 
 
 @dataclass(frozen=True)
@@ -44,20 +45,33 @@ class LeftOut:
     triangles: int = 0
 
 
+def swept_partners(scene: Scene, joints: tuple[Joint, ...]) -> list[Boxes]:
+    """Per pair the region boxes of body b in the frame of body a, swept through all travel."""
+    return [
+        sweep(b.regions.boxes, joints, joints_between(joints, *links))
+        for (_, b), links in zip(scene.shapes, scene.links, strict=True)
+    ]
+
+
 def pairs_out_of_reach(
-    scene: Scene, joints: tuple[Joint, ...], needed: Sequence[float], samples: int
+    scene: Scene,
+    joints: tuple[Joint, ...],
+    swept: Sequence[Boxes],
+    needed: Sequence[float],
+    samples: int,
 ) -> dict[int, LeftOut]:
     """Pairs of the scene that never come within `needed` of each other [mm].
 
     Args:
         scene: the pairs.
         joints: with the travel of the program as their limits.
+        swept: see swept_partners.
         needed: per pair, the distance that must be proved [mm].
         samples: sample indices of the program, for the count of saved tests.
     """
     found = {}
     for index, (pair, links) in enumerate(zip(scene.pairs, scene.links, strict=True)):
-        distance = reach_distance(scene, joints, index)
+        distance = _reach_distance(scene.shapes[index][0].regions, swept[index])
         bound = needed[index] + SLACK_MM
         if distance > bound:
             chain = joints_between(joints, *links)
@@ -67,30 +81,36 @@ def pairs_out_of_reach(
 
 
 def without_far_triangles(
-    scene: Scene, joints: tuple[Joint, ...], needed: Sequence[float]
+    scene: Scene,
+    joints: tuple[Joint, ...],
+    swept: Sequence[Boxes],
+    needed: Sequence[float],
+    apart: Collection[int],
 ) -> tuple[Scene, list[LeftOut]]:
     """The scene without the regions that never come near any partner of their body.
 
     Args:
         scene: the pairs.
         joints: with the travel of the program as their limits.
+        swept: see swept_partners.
         needed: per pair, the distance that must be proved [mm].
+        apart: pairs that are left out as a whole: their regions are not needed for them.
     """
     nearest: dict[int, NDArray[np.float64]] = {}
     shapes = {id(s): s for pair in scene.shapes for s in pair}
-    for index, (pair, links) in enumerate(zip(scene.shapes, scene.links, strict=True)):
-        for own, other in ((0, 1), (1, 0)):
-            boxes = pair[own].regions.boxes
-            chain = joints_between(joints, links[other], links[own])
-            partner = pair[other].regions.box[None]
+    for index, ((a, b), links) in enumerate(zip(scene.shapes, scene.links, strict=True)):
+        if index in apart:
+            continue
+        back = sweep(a.regions.boxes, joints, joints_between(joints, links[1], links[0]))
+        for own, partner, boxes in ((a, b, back), (b, a, swept[index])):
             # Counted from the distance that must be proved, so that pairs can be compared.
-            spare = _distances(partner, sweep(boxes, joints, chain)).min(axis=0)
+            spare = _distances(partner.regions.box[None], boxes).min(axis=0)
             spare = spare - needed[index] - SLACK_MM
-            key = id(pair[own])
-            nearest[key] = np.minimum(nearest.get(key, spare), spare)
-    keep, items = {}, []
+            nearest[id(own)] = np.minimum(nearest.get(id(own), spare), spare)
+    # One region stays of each body, so that none is empty: its pairs are left out as pairs.
+    keep = {key: np.arange(len(s.regions.boxes)) == 0 for key, s in shapes.items()}
+    items = []
     for key, spare in nearest.items():
-        # One region stays, so that no body is empty: its pairs are left out as pairs.
         keep[key] = (spare <= 0.0) | (np.arange(len(spare)) == np.argmin(spare))
         counts = np.diff(shapes[key].regions.first)
         dropped = int(counts[~keep[key]].sum())
@@ -114,11 +134,20 @@ def still_axes(joints: tuple[Joint, ...]) -> list[LeftOut]:
 def reach_distance(scene: Scene, joints: tuple[Joint, ...], pair: int) -> float:
     """A distance [mm] that a pair never falls below, whatever the joints do in their travel."""
     (a, b), links = scene.shapes[pair], scene.links[pair]
-    boxes_a, boxes_b = a.regions.boxes, b.regions.boxes
-    if len(boxes_a) * len(boxes_b) > LARGEST_TABLE:
-        boxes_a, boxes_b = a.regions.box[None], b.regions.box[None]
-    swept = sweep(boxes_b, joints, joints_between(joints, *links))
-    return float(_distances(boxes_a, swept).min())
+    swept = sweep(b.regions.boxes, joints, joints_between(joints, *links))
+    return _reach_distance(a.regions, swept)
+
+
+def _reach_distance(regions: Regions, swept: Boxes) -> float:
+    """A distance [mm] that the swept boxes of a body keep from the regions of its partner."""
+    return float(_distances(_joined(regions.boxes), _joined(swept)).min())
+
+
+def _joined(boxes: Boxes) -> Boxes:
+    """Boxes around runs of the given ones, which stand in an order that keeps neighbours close."""
+    starts = np.arange(0, len(boxes), -(-len(boxes) // MOST_BOXES))
+    low, high = np.minimum.reduceat(boxes[:, 0], starts), np.maximum.reduceat(boxes[:, 1], starts)
+    return np.stack([low, high], axis=1)
 
 
 def _distances(boxes_a: NDArray[np.float64], boxes_b: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -15,7 +15,12 @@ from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
 from gcodesim.collision.forest import build_forest
 from gcodesim.collision.intervals import Interval, contact_intervals
-from gcodesim.collision.leave_out import LeftOut, pairs_out_of_reach, without_far_triangles
+from gcodesim.collision.leave_out import (
+    LeftOut,
+    pairs_out_of_reach,
+    swept_partners,
+    without_far_triangles,
+)
 from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.search import Searcher, Settings
@@ -129,13 +134,14 @@ def _leave_out(
         for pair, off in zip(scene.pairs, departing, strict=True)
     ]
     samples = sample_count(place.path, place.period_ps)
-    apart = pairs_out_of_reach(scene, travels, needed, samples)
+    swept = swept_partners(scene, travels)
+    apart = pairs_out_of_reach(scene, travels, swept, needed, samples)
     findings.left_out = list(apart.values())
     for pair in apart:
         free[pair] = LEFT_OUT
     if not aims.minimum:
         # The smallest distance may lie between triangles that no proof of freedom needs.
-        scene, dropped = without_far_triangles(scene, travels, needed)
+        scene, dropped = without_far_triangles(scene, travels, swept, needed, apart)
         findings.left_out += dropped
     return replace(place, scene=scene), tuple(free), departing
 

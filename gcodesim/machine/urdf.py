@@ -217,8 +217,9 @@ def _root(document: Document, links: dict[str, Element], joints: list[Element]) 
         said = f"found {', '.join(roots)}" if roots else "the joints form a cycle"
         raise document.error(f"exactly one link must have no parent; {said}", document.root)
     reached = {link for link, _, _ in _poses(document, roots[0], joints)}
-    for name in links.keys() - reached:
-        raise document.error("its joints form a cycle, apart from the root", links[name])
+    apart = next((name for name in links if name not in reached), None)
+    if apart is not None:
+        raise document.error("its joints form a cycle, apart from the root", links[apart])
     return roots[0]
 
 

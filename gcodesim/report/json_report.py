@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections import Counter
+import json
 from dataclasses import asdict
 from typing import Any
 
 from gcodesim.constants import SLACK_MM
-from gcodesim.findings import Finding
+from gcodesim.fingerprints import fingerprints
+from gcodesim.report.run import Run
 from gcodesim.verdict import CheckResult
 
 SCHEMA = "gcodesim.report/1"
@@ -16,11 +16,20 @@ PLACES = 12
 """Decimals of times and positions: a picosecond, far below any rounding of the machine."""
 
 
+def render(run: Run) -> str:
+    """One object for one program, an array for several, whatever became of them."""
+    reports = [report_dict(result) for result in run.results]
+    one = len(reports) == 1 and not run.failures
+    return json.dumps(reports[0] if one else reports, indent=2) + "\n"
+
+
 def report_dict(result: CheckResult) -> dict[str, Any]:
     """The report as JSON-ready values, keys in the order of the schema."""
+    rows = finding_rows(result)
     return {
         "schema": SCHEMA,
         "verdict": result.verdict,
+        "fail_on": result.fail_on,
         "program": result.program,
         "machine": result.machine,
         "verified_model": result.verified_model,
@@ -38,7 +47,8 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "first_contact": _first_contact(result),
         "contacts": [asdict(interval) for interval in result.contacts],
         "clearances": [asdict(distance) for distance in result.clearances],
-        "findings": _findings(result.findings),
+        "findings": [row for row in rows if "ignored" not in row],
+        "suppressed": [row for row in rows if "ignored" in row],
         "coverage": {
             key: [list(v) if isinstance(v, tuple) else v for v in value]
             if isinstance(value, tuple)
@@ -62,25 +72,13 @@ def _first_contact(result: CheckResult) -> dict[str, Any] | None:
     }
 
 
-def _findings(findings: tuple[Finding, ...]) -> list[dict[str, Any]]:
+def finding_rows(result: CheckResult) -> list[dict[str, Any]]:
     """Findings as values without their empty fields, each with its fingerprint."""
-    seen: Counter[str] = Counter()
+    marks = fingerprints(result.findings)
     rows = []
-    for finding in findings:
-        values = {k: v for k, v in asdict(finding).items() if v not in (None, "")}
+    for finding, fingerprint in zip(result.findings, marks, strict=True):
+        values = dict(vars(finding), fingerprint=fingerprint)
         values["pair"] = list(finding.pair) if finding.pair else None
-        key = fingerprint_key(finding)
-        values["fingerprint"] = _fingerprint(key, seen[key])
-        seen[key] += 1
-        rows.append({k: v for k, v in values.items() if v is not None})
+        values["ignored"] = vars(finding.ignored) if finding.ignored else None
+        rows.append({key: value for key, value in values.items() if value not in (None, "")})
     return rows
-
-
-def fingerprint_key(finding: Finding) -> str:
-    """What makes a finding the same one after an edit: no line numbers, no floats."""
-    pair = "-".join(finding.pair or ())
-    return "\x1f".join([finding.file, finding.code, pair, str(finding.tool), finding.block.strip()])
-
-
-def _fingerprint(key: str, ordinal: int) -> str:
-    return hashlib.sha256(f"{key}\x1f{ordinal}".encode()).hexdigest()[:16]

@@ -8,8 +8,9 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
-from gcodesim.verdict import CONTRACT, PASS, CheckResult, FirstContact
+from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
+from gcodesim.report.run import Run
+from gcodesim.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
 
 COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
 SEVERITY_COLORS = {"error": "red", "warning": "yellow", "note": "cyan"}
@@ -23,11 +24,23 @@ BLOCK_WIDTH = 120
 
 def print_report(result: CheckResult, console: Console) -> None:
     """Print the report of one program."""
+    for line in report_lines(result):
+        console.print(line)
+
+
+def render(run: Run) -> str:
+    """The reports of a run without colours, and the programs that could not be read."""
+    lines = [line.plain for result in run.results for line in report_lines(result)]
+    lines += [f"NOT READ  {printable(failure.message)}" for failure in run.failures]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def report_lines(result: CheckResult, most: int | None = None) -> Iterator[Text]:
+    """Yield the lines of a report, with at most so many findings."""
     head = Text(result.verdict.upper(), style=COLORS[result.verdict])
     head.append(f"  {printable(result.program)} on {result.machine}{_remarks(result)}", "default")
-    console.print(head)
-    for line in _body(result):
-        console.print(line)
+    yield head
+    yield from _body(result, most)
 
 
 def printable(text: str) -> str:
@@ -42,18 +55,30 @@ def _remarks(result: CheckResult) -> str:
         remarks.append("at samples only")
     if not result.verified_model:
         remarks.append("unverified model")
+    touches = sum(finding.is_contact for finding in result.ignored)
+    if touches:
+        remarks.append(f"{touches} contact{'s' if touches > 1 else ''} ignored")
+    if others := len(result.ignored) - touches:
+        remarks.append(f"{others} ignored")
+    if result.fail_on != "error":
+        remarks.append(f"--fail-on {result.fail_on}")
     return f" ({', '.join(remarks)})" if remarks else ""
 
 
-def _body(result: CheckResult) -> Iterator[Text]:
+def _body(result: CheckResult, most: int | None) -> Iterator[Text]:
     first = result.first_contact
     # What decided the verdict comes first, and the first contact before all else.
-    for finding in sorted(
-        result.findings, key=lambda f: (not _tells(f, first), EFFECTS.index(f.effect))
-    ):
+    findings = sorted(
+        result.counted,
+        key=lambda f: (not _tells(f, first), EFFECTS.index(effect_at(f, result.fail_on))),
+    )
+    for finding in findings[:most]:
         yield from _finding(finding)
         if first and _tells(finding, first):
             yield from _contact(first)
+    if most is not None and len(findings) > most:
+        yield Text(f"  {len(findings) - most} more findings: see the other reports")
+    yield from _ignored(result.ignored)
     yield from map(Text, _listed(result))
     yield from map(Text, _checked(result))
     for title, entries in _gaps(result):
@@ -79,6 +104,22 @@ def _finding(finding: Finding) -> Iterator[Text]:
     yield text
     if finding.block:
         yield from _block(finding.block, finding.column)
+
+
+def _ignored(findings: tuple[Finding, ...]) -> Iterator[Text]:
+    """Yield what was asked not to count: contacts one by one, the others by who asked."""
+    groups: dict[tuple[object, ...], list[Finding]] = {}
+    for finding in findings:
+        alone = finding if finding.is_contact else None
+        groups.setdefault((finding.code, finding.ignored, alone), []).append(finding)
+    for group in groups.values():
+        finding = group[0]
+        place = f"{finding.file}:{finding.line}" if finding.line else finding.file
+        what = f": {finding.message}" if finding.is_contact else ""
+        what += f" and {len(group) - 1} more" if len(group) > 1 else ""
+        mark = finding.ignored or Ignored("")
+        why = f"{mark.by}: {mark.reason}" if mark.reason else mark.by
+        yield Text(printable(f"  ignored {finding.code} {place}{what} ({why})"))
 
 
 def _block(block: str, column: int | None) -> Iterator[Text]:

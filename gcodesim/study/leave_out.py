@@ -6,11 +6,13 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
+import gcodesim.collision
 from gcodesim.audit import audit
-from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.detector import Detection, Task, detect, load_kernels
 from gcodesim.collision.span_search import Aims
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.errors import UsageError
@@ -23,6 +25,7 @@ from gcodesim.motion.samples import sample_count
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.reader import read_program
 from gcodesim.study.clock import time_runs
+from gcodesim.study.refining import refined
 
 SCHEMA = "gcodesim.leave-out/1"
 BLOCKS = 200
@@ -46,7 +49,7 @@ class Saving:
     Attributes:
         kind: of a generated program, "program" for a file.
         agrees: same first contact, and every margin holds.
-        pairs, triangles, axes: all of them, and `pairs_out`, ... of them left out.
+        axes, pairs, bodies, triangles: all of them, and `pairs_out`, ... of them left out.
         tests: samples times pairs, what testing every sample would take.
         items, items_full: stretches of time that the search looked at.
         seconds, seconds_full: median time of the detector [s].
@@ -60,6 +63,8 @@ class Saving:
     axes_out: int
     pairs: int
     pairs_out: int
+    bodies: int
+    bodies_out: int
     triangles: int
     triangles_out: int
     tests: int
@@ -71,12 +76,17 @@ class Saving:
 
 @dataclass(frozen=True)
 class LeaveOutStudy:
-    """All savings on a machine, and which modules a check of the first program imports."""
+    """All savings on a machine, which modules a check of the first program imports, and kernels.
+
+    `kernels` are the kernel modules that a check compiles, `kernels_out` those that it does not.
+    """
 
     machine: str
     savings: list[Saving] = field(default_factory=list)
     imported: list[str] = field(default_factory=list)
     not_imported: list[str] = field(default_factory=list)
+    kernels: list[str] = field(default_factory=list)
+    kernels_out: list[str] = field(default_factory=list)
 
     def as_report(self) -> dict[str, object]:
         """The study, ready for JSON."""
@@ -88,6 +98,7 @@ def leave_out_study(
     machine_path: str,
     generated: int,
     seed: int,
+    refine: int,
     progress: Callable[[float], None],
 ) -> LeaveOutStudy:
     """Check programs twice each, and compare.
@@ -97,12 +108,13 @@ def leave_out_study(
         machine_path: machine file or name of a shipped machine.
         generated: random programs of each kind besides.
         seed: of the random programs.
+        refine: times that every triangle is cut into four.
         progress: called with the fraction done.
 
     Raises:
         UsageError: a file cannot be read, or there is nothing to check.
     """
-    machine = load_machine(machine_path)
+    machine = refined(load_machine(machine_path), refine)
     texts = [(name, "program", read_program(name)) for name in programs]
     texts += list(_generated(generated, seed))
     if not texts:
@@ -113,7 +125,15 @@ def leave_out_study(
         progress((number + 1) / (len(texts) + 1))
     imported = _imported(texts[0][2], machine_path)
     others = [name for name in WATCHED if name not in imported]
-    return LeaveOutStudy(machine.name, savings, imported, others)
+    kernels = list(load_kernels("search", "cpu"))
+    idle = [name for name in _kernel_modules() if name not in kernels]
+    return LeaveOutStudy(machine.name, savings, imported, others, kernels, idle)
+
+
+def _kernel_modules() -> list[str]:
+    """Modules of the collision package that hold kernels."""
+    folder = Path(gcodesim.collision.__file__).parent
+    return sorted(f.stem for f in folder.glob("*.py") if "\n@wp.kernel\n" in f.read_text("utf-8"))
 
 
 def _saving(name: str, kind: str, text: str, machine: Machine) -> Saving:
@@ -127,6 +147,7 @@ def _saving(name: str, kind: str, text: str, machine: Machine) -> Saving:
     findings = audit(kept_task, kept)
     dropped = {item.what: item for span in kept.findings for item in span.left_out}
     checked = {pair.name for pair in kept.checked}
+    needed = [pair for pair in kept.checked if pair.name not in dropped]
     bodies = bodies_in_place(machine, kept.spans[-1].tool if kept.spans else None)
     still = np.all(path.q0 == path.q0[:1], axis=0) & np.all(path.q1 == path.q0[:1], axis=0)
     return Saving(
@@ -138,6 +159,8 @@ def _saving(name: str, kind: str, text: str, machine: Machine) -> Saving:
         axes_out=int(still.sum()),
         pairs=len(checked),
         pairs_out=len(checked & set(dropped)),
+        bodies=len(bodies),
+        bodies_out=len(set(bodies) - {body for pair in needed for body in (pair.a, pair.b)}),
         triangles=sum(len(p.triangles) for body in bodies.values() for p in body.parts),
         triangles_out=sum(item.triangles for item in dropped.values()),
         tests=sample_count(path, DEFAULT_PERIOD_PS) * len(checked),

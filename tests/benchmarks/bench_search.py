@@ -9,7 +9,6 @@ import argparse
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +23,7 @@ from gcodesim.collision.trees import build_tree
 from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
 from gcodesim.machine.control import control_for
 from gcodesim.machine.loading import load_machine
-from gcodesim.machine.model import Body, Machine, Part
+from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.reader import read_program
@@ -37,6 +36,7 @@ from gcodesim.study.job import (
     search_job,
     window_search,
 )
+from gcodesim.study.refining import refine, refined, with_parts
 
 FINISH, MACHINE = SAMPLES / "five_axis_finish.nc", "table_tilt"
 LONG_S = 600.0
@@ -104,29 +104,8 @@ def measure_period(goals: Goals) -> None:
 def measure_refined(goals: Goals) -> None:
     """What 16 times the triangles cost."""
     job = sample_job()
-    refined = replace(job, machine=with_parts(job.machine, lambda t: refine(refine(t))))
-    goals.at_most(
-        "16 times the triangles, time ratio", seconds_of(refined) / seconds_of(job), 4, ""
-    )
-
-
-def refine(triangles: np.ndarray) -> np.ndarray:
-    """Every triangle cut into four at the midpoints of its edges, shape (4 n, 3, 3)."""
-    a, b, c = triangles.swapaxes(0, 1)
-    ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
-    cut = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.concatenate([np.stack(corners, axis=1) for corners in cut])
-
-
-def with_parts(machine: Machine, change: Callable[[np.ndarray], np.ndarray]) -> Machine:
-    """The machine with the triangles of every part changed."""
-
-    def parts(given: tuple[Part, ...]) -> tuple[Part, ...]:
-        return tuple(replace(part, triangles=change(part.triangles)) for part in given)
-
-    bodies = {n: Body(b.name, b.link, parts(b.parts)) for n, b in machine.bodies.items()}
-    tool = machine.tool and replace(machine.tool, mounted=parts(machine.tool.mounted))
-    return replace(machine, bodies=bodies, tool=tool)
+    finer = replace(job, machine=refined(job.machine, 2))
+    goals.at_most("16 times the triangles, time ratio", seconds_of(finer) / seconds_of(job), 4, "")
 
 
 def measure_windows(goals: Goals) -> None:

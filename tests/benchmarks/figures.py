@@ -97,14 +97,16 @@ def accuracy_table(report: Report) -> list[str]:
 
 
 def goal_lines(report: Report) -> list[str]:
-    """Every goal with its figure, ok or short."""
-    lines = ["| goal | | found | wanted | |", "|---|---|---|---|---|"]
-    for goal in report["goals"]:
-        word = "ok" if goal["ok"] else "**short**"
-        lines.append(
-            f"| {goal['goal']} | {goal['what']} | {goal['found']:.3g} | {goal['wanted']} | {word} |"
-        )
-    return lines
+    """How many goals are reached, and each that is not."""
+    short = [goal for goal in report["goals"] if not goal["ok"]]
+    reached = f"{len(report['goals']) - len(short)} of {len(report['goals'])} goals are reached."
+    if not short:
+        return [reached]
+    rows = [
+        f"| {goal['goal']} | {goal['what']} | {goal['found']:.3g} | {goal['wanted']} |"
+        for goal in short
+    ]
+    return [f"{reached} Short are:", "", "| goal | | found | wanted |", "|---|---|---|---|", *rows]
 
 
 def measure_triangles(quick: bool, progress: Callable[[float], None]) -> Report:

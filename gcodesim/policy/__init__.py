@@ -1,0 +1,1 @@
+"""What a user asks to ignore, and what that does to the verdict."""

@@ -1,0 +1,153 @@
+"""The baseline: findings that are known and accepted, in a file that is kept with the programs."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path, PurePath
+from typing import Any
+
+from gcodesim.errors import UsageError
+from gcodesim.findings import Finding
+from gcodesim.fingerprints import fingerprints
+from gcodesim.verdict import CheckResult
+
+SCHEMA = "gcodesim.baseline/1"
+Key = tuple[str, str, str, str]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A finding that is accepted.
+
+    Attributes:
+        program, setup: files, counted from the folder of the baseline; no setup is empty.
+        machine: name of the machine.
+        fingerprint: of the finding; it survives edits elsewhere in the program.
+        code, message: what was found when the entry was made, for people.
+        reason: why it is accepted; a contact needs one.
+    """
+
+    program: str
+    machine: str
+    setup: str
+    fingerprint: str
+    code: str
+    message: str
+    reason: str = ""
+
+    @property
+    def key(self) -> Key:
+        """What finds the entry."""
+        return self.program, self.machine, self.setup, self.fingerprint
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """A baseline file.
+
+    Attributes:
+        path: the file, as the user named it.
+        entries: by key, in the order of the file.
+    """
+
+    path: str
+    entries: dict[Key, Entry]
+
+    def entries_of(self, result: CheckResult) -> list[Entry | None]:
+        """The entry of every finding of a result, None where there is none."""
+        return [self.entries.get(key) for key in self._keys(result)]
+
+    def unused(self, result: CheckResult) -> list[Entry]:
+        """Entries of this program on this machine that no finding matches."""
+        found = set(self._keys(result))
+        checked = self._checked(result)
+        return [e for key, e in self.entries.items() if key[:3] == checked and key not in found]
+
+    def updated(self, wanted: Iterable[tuple[CheckResult, Sequence[Finding], bool]]) -> Baseline:
+        """The baseline with exactly the wanted findings of the checked programs.
+
+        Entries of other programs stay, and so does every reason.
+
+        Args:
+            wanted: results, each with those of its findings that are to be in, and whether the
+                whole program was looked at: otherwise an entry that matches nothing stays too.
+        """
+        wanted = list(wanted)
+        checked = {self._checked(result) for result, _, whole in wanted if whole}
+        entries = {key: e for key, e in self.entries.items() if key[:3] not in checked}
+        for result, findings, _ in wanted:
+            chosen = {id(finding) for finding in findings}
+            for finding, key in zip(result.findings, self._keys(result), strict=True):
+                if id(finding) in chosen:
+                    reason = self.entries[key].reason if key in self.entries else ""
+                    entries[key] = Entry(*key, finding.code, finding.message, reason)
+        return Baseline(self.path, dict(sorted(entries.items())))
+
+    def write(self) -> None:
+        """Write the file.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        rows = [asdict(entry) for entry in self.entries.values()]
+        text = json.dumps({"schema": SCHEMA, "entries": rows}, indent=2) + "\n"
+        Path(self.path).write_text(text, encoding="utf-8")
+
+    def _keys(self, result: CheckResult) -> list[Key]:
+        files = {file: self._beside(file) for file in {f.file for f in result.findings}}
+        moved = [replace(f, file=files[f.file]) for f in result.findings]
+        checked = self._checked(result)
+        return [(*checked, mark) for mark in fingerprints(moved)]
+
+    def _checked(self, result: CheckResult) -> tuple[str, str, str]:
+        return self._beside(result.program), result.machine, self._beside(result.setup)
+
+    def _beside(self, file: str) -> str:
+        """A file counted from the folder of the baseline: the same from wherever one works."""
+        if not file:
+            return ""
+        return PurePath(os.path.relpath(file, Path(self.path).parent)).as_posix()
+
+
+def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
+    """Read a baseline file.
+
+    Args:
+        path: the file.
+        may_be_new: a file that is not there is empty, for it is about to be written.
+
+    Raises:
+        UsageError: it is missing or wrong; names the entry and the key.
+    """
+    if may_be_new and not Path(path).exists():
+        return Baseline(path, {})
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        text = f"{path}: cannot be read: {error.strerror}; --update-baseline makes it"
+        raise UsageError(text) from error
+    except ValueError as error:
+        raise UsageError(f"{path}: no JSON: {error}") from error
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise UsageError(f"{path}: schema: expected {SCHEMA!r}, as --update-baseline writes")
+    rows = data.get("entries")
+    if not isinstance(rows, list):
+        raise UsageError(f"{path}: entries: expected a list")
+    entries = [_entry(row, f"{path}: entries[{i}]") for i, row in enumerate(rows)]
+    return Baseline(path, {entry.key: entry for entry in entries})
+
+
+def _entry(row: Any, place: str) -> Entry:
+    names = list(Entry.__dataclass_fields__)
+    if not isinstance(row, dict) or not all(isinstance(value, str) for value in row.values()):
+        raise UsageError(f"{place}: expected texts for {', '.join(names)}")
+    for name in names[:-1]:
+        if name not in row:
+            raise UsageError(f"{place}.{name}: this key is required and missing")
+    for name in row:
+        if name not in names:
+            raise UsageError(f"{place}.{name}: unknown key; valid: {', '.join(names)}")
+    return Entry(**row)

@@ -1,0 +1,135 @@
+"""The policy: which findings count, and what ignoring the others does to a result."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from gcodesim.findings import Finding, Ignored
+from gcodesim.policy.baseline import Baseline, Entry
+from gcodesim.policy.comments import Comment, comments_in
+from gcodesim.policy.rules import Rule, refusal
+from gcodesim.verdict import CheckResult
+
+NOT_SELECTED = Ignored("--select")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """What a user asks for.
+
+    Ignoring speaks of what was found, never of what was not looked at: a finding that says that
+    something was not checked always counts (gcodesim.policy.rules).
+
+    Attributes:
+        fail_on: one of verdict.LEVELS.
+        select: beginnings of codes; of what may be ignored only these count, all if empty.
+        ignore: rules of the command line or the settings.
+        baseline: accepted findings.
+    """
+
+    fail_on: str = "error"
+    select: tuple[str, ...] = ()
+    ignore: tuple[Rule, ...] = ()
+    baseline: Baseline | None = None
+
+    def apply(self, result: CheckResult, text: str, *, stop_all: bool) -> CheckResult:
+        """The result with every ignored finding marked, and with what is to be said about it.
+
+        Args:
+            result: as the check gave it.
+            text: the program, for its comments.
+            stop_all: the check looked on behind the first contact.
+        """
+        comments = list(comments_in(text))
+        entries = self._entries(result)
+        findings = [self._marked(f, e) for f, e in zip(result.findings, entries, strict=True)]
+        said = list(_wrong(comments, result.program))
+        said += [r for f, e in zip(result.findings, entries, strict=True) for r in _refused(f, e)]
+        if looked_at_all(result, stop_all):
+            said += [*_unused(comments, result), *self._unused_entries(result)]
+        coverage = result.coverage
+        if any(f.ignored and f.is_contact for f in findings):
+            gap = "clearances behind an ignored contact, until the tool changes"
+            coverage = replace(coverage, uncertified=(*coverage.uncertified, gap))
+            said += [] if stop_all else [_stopped(result)]
+        # A wrong comment on a block with several findings is wrong once.
+        said = list(dict.fromkeys(said))
+        return replace(result, findings=(*findings, *said), coverage=coverage, fail_on=self.fail_on)
+
+    def wanted(self, result: CheckResult, text: str) -> list[Finding]:
+        """Findings that belong in a baseline: all that count, except what can never be ignored."""
+        judged = replace(self, baseline=None).apply(result, text, stop_all=True)
+        both = zip(result.findings, judged.findings, strict=False)
+        return [f for f, seen in both if not seen.ignored and not refusal(f, "any")]
+
+    def _entries(self, result: CheckResult) -> Sequence[Entry | None]:
+        if self.baseline is None:
+            return [None] * len(result.findings)
+        return self.baseline.entries_of(result)
+
+    def _marked(self, finding: Finding, entry: Entry | None) -> Finding:
+        mark = next(self._marks(finding, entry), None)
+        return replace(finding, ignored=mark) if mark else finding
+
+    def _marks(self, finding: Finding, entry: Entry | None) -> Iterator[Ignored]:
+        """Yield every reason for which the finding does not count."""
+        rules = [*_rules_of(finding), *self.ignore]
+        yield from (rule.mark for rule in rules if rule.takes(finding))
+        if entry and self.baseline and not refusal(finding, entry.reason):
+            yield Ignored(self.baseline.path, entry.reason)
+        # A contact is never left unselected: that would be ignoring it without a reason.
+        if self.select and not refusal(finding, "") and not finding.code.startswith(self.select):
+            yield NOT_SELECTED
+
+    def _unused_entries(self, result: CheckResult) -> Iterator[Finding]:
+        for entry in self.baseline.unused(result) if self.baseline else ():
+            text = f"an entry of the baseline matches nothing: {entry.code} {entry.message}"
+            yield Finding("GC602", text, "baseline_unused", file=result.program)
+
+
+def looked_at_all(result: CheckResult, stop_all: bool) -> bool:
+    """Whether a finding that is not there is gone: nothing ended the check before it."""
+    ends = any(f.is_contact and not stop_all for f in result.findings)
+    return not ends and not any(f.leaves_unchecked for f in result.findings)
+
+
+def _rules_of(finding: Finding) -> list[Rule]:
+    """What the comment in the finding's own block ignores."""
+    return [rule for comment in comments_in(finding.block) for rule in comment.rules]
+
+
+def _wrong(comments: Sequence[Comment], file: str) -> Iterator[Finding]:
+    for comment in comments:
+        if comment.wrong:
+            text = f"comment for gcodesim: {comment.wrong}"
+            yield Finding("GC601", text, "ignore_unreadable", file=file, line=comment.line)
+
+
+def _unused(comments: Sequence[Comment], result: CheckResult) -> Iterator[Finding]:
+    file = result.program
+    found = {(f.line, f.code) for f in result.findings if f.file == file}
+    for comment in comments:
+        for rule in comment.rules:
+            if not any(line == comment.line and c.startswith(rule.prefix) for line, c in found):
+                text = f"this comment ignores {rule.prefix}, but the block has no such finding"
+                yield Finding("GC602", text, "ignore_unused", file=file, line=comment.line)
+
+
+def _refused(finding: Finding, entry: Entry | None) -> Iterator[Finding]:
+    """Yield what is wrong with a comment or an entry that speaks of a finding that counts."""
+    wishes = [
+        ("this comment", rule.mark.reason)
+        for rule in _rules_of(finding)
+        if finding.code.startswith(rule.prefix)
+    ]
+    wishes += [("the baseline", entry.reason)] if entry else []
+    for who, reason in wishes:
+        if why := refusal(finding, reason):
+            text = f"{finding.code} still counts, though {who} ignores it: {why}"
+            yield Finding("GC601", text, "ignore_refused", file=finding.file, line=finding.line)
+
+
+def _stopped(result: CheckResult) -> Finding:
+    text = "the check ended at an ignored contact: --stop all looks at what follows"
+    return Finding("GC901", text, "stopped_at_ignored", file=result.program)

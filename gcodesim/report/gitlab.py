@@ -1,0 +1,45 @@
+"""The code quality report of GitLab: a list of what its merge request widget shows."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Any
+
+from gcodesim.report.rows import Row, repository_path, rows, title
+from gcodesim.report.run import Failure, Run
+from gcodesim.report.text import printable
+
+SEVERITIES = {"error": "critical", "warning": "major", "note": "info"}
+
+
+def render(run: Run) -> str:
+    """The findings that count, as JSON."""
+    issues = [_unread(failure) for failure in run.failures]
+    return json.dumps(issues + [_issue(row) for row in rows(run)], indent=2) + "\n"
+
+
+def _issue(row: Row) -> dict[str, Any]:
+    severity = "blocker" if row.finding.is_contact else SEVERITIES[row.finding.severity]
+    # The same block may collide on two machines: GitLab shows one issue per fingerprint.
+    job = (row.fingerprint, row.result.machine, row.result.setup)
+    return _entry(title(row), row.finding.code, job, severity, row.path, row.line)
+
+
+def _unread(failure: Failure) -> dict[str, Any]:
+    job = ("unread", failure.program)
+    path = repository_path(failure.program)
+    return _entry(failure.message, "unreadable", job, "blocker", path, 1)
+
+
+def _entry(
+    description: str, name: str, job: tuple[str, ...], severity: str, path: str, line: int
+) -> dict[str, Any]:
+    mark = hashlib.sha256("\x1f".join(job).encode(errors="replace")).hexdigest()[:32]
+    return {
+        "description": printable(description),
+        "check_name": name,
+        "fingerprint": mark,
+        "severity": severity,
+        "location": {"path": path, "lines": {"begin": line}},
+    }

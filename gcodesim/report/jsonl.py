@@ -1,0 +1,34 @@
+"""JSON Lines: one object per finding and program, the same bytes for the same inputs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from gcodesim.report.json_report import finding_rows, report_dict
+from gcodesim.report.run import Run
+
+VARYING = ("device", "work", "timing_s", "findings", "suppressed")
+"""What depends on where and how fast a check ran; and the findings, which have their own lines."""
+
+
+def render(run: Run) -> str:
+    """One line per object, keys sorted, no blanks, ASCII: `type` is finding, program or failure.
+
+    The findings of a program stand before it, in the order of the JSON report, each with its
+    program and machine.
+    """
+    encoder = json.JSONEncoder(sort_keys=True, separators=(",", ":"))
+    return "".join(f"{encoder.encode(row)}\n" for row in _objects(run))
+
+
+def _objects(run: Run) -> Iterator[dict[str, Any]]:
+    for result in run.results:
+        place = {"program": result.program, "machine": result.machine}
+        for row in finding_rows(result):
+            yield {"type": "finding", **place, **row}
+        report = report_dict(result)
+        yield {"type": "program"} | {k: v for k, v in report.items() if k not in VARYING}
+    for failure in run.failures:
+        yield {"type": "failure", "program": failure.program, "message": failure.message}

@@ -1,0 +1,79 @@
+"""Findings as CI systems want them: what counts, weightiest first, paths from the repository."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
+from gcodesim.fingerprints import fingerprints
+from gcodesim.report.run import Run
+from gcodesim.verdict import PASS, CheckResult, effect_at
+
+ROOTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
+"""Where GitHub and GitLab say that the repository lies."""
+
+EFFECTS = (FAIL, INCONCLUSIVE, NOTED)
+SEVERITIES = ("error", "warning", "note")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A finding that counts.
+
+    Attributes:
+        result: of the program it belongs to.
+        path: its file, counted from the root of the repository, with slashes.
+        fingerprint: as in the JSON report.
+    """
+
+    result: CheckResult
+    finding: Finding
+    path: str
+    fingerprint: str
+
+    @property
+    def line(self) -> int:
+        """Line of the finding; the first one where the whole file is meant."""
+        return self.finding.line or 1
+
+
+def rows(run: Run) -> list[Row]:
+    """The findings that count, contacts and failures first, otherwise in the order of the run."""
+    return sorted((row for result in run.results for row in _rows_of(result)), key=_weight)
+
+
+def title(row: Row) -> str:
+    """Message with the code in front and the machine behind."""
+    return f"{row.finding.code} {row.finding.message} ({row.result.machine})"
+
+
+def repository_path(file: str, environment: Mapping[str, str] = os.environ) -> str:
+    """A file counted from the root of the repository; as it stands where it lies outside."""
+    root = next((environment[name] for name in ROOTS if environment.get(name)), os.getcwd())
+    try:
+        return Path(os.path.abspath(file)).relative_to(os.path.abspath(root)).as_posix()
+    except ValueError:
+        return Path(file).as_posix()
+
+
+def _rows_of(result: CheckResult) -> list[Row]:
+    both = zip(result.findings, fingerprints(result.findings), strict=True)
+    found = [_row(result, finding, mark) for finding, mark in both if not finding.ignored]
+    decided = any(effect_at(row.finding, result.fail_on) != NOTED for row in found)
+    if result.verdict != PASS and not decided:
+        nothing = Finding("GC901", "nothing was checked: no motion, or no pair of bodies")
+        found.append(_row(result, nothing, fingerprints([nothing])[0]))
+    return found
+
+
+def _row(result: CheckResult, finding: Finding, fingerprint: str) -> Row:
+    return Row(result, finding, repository_path(finding.file or result.program), fingerprint)
+
+
+def _weight(row: Row) -> tuple[bool, int, int]:
+    finding = row.finding
+    effect = effect_at(finding, row.result.fail_on)
+    return not finding.is_contact, EFFECTS.index(effect), SEVERITIES.index(finding.severity)

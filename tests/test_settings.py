@@ -1,0 +1,209 @@
+"""Settings: found above the programs, beaten by the command line, and named when they are wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from gcodesim.cli import main
+
+PASSES = "G21 G90\nT1 M6\nG0 X20 Y10\nM30\n"
+FAILS = "G21 G90\nG1 X10\nM30\n"
+MACHINE = 'machine = "table_tilt"\ndevice = "cpu"\nsample-period = "10ms"\n'
+
+
+@pytest.fixture
+def shop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with programs in parts/ and settings above them."""
+    (tmp_path / "parts").mkdir()
+    for name, text in {"good.nc": PASSES, "bad.nc": FAILS, "also.nc": PASSES}.items():
+        (tmp_path / "parts" / name).write_text(text)
+    (tmp_path / "gcodesim.toml").write_text(MACHINE)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def check(*args: str) -> Result:
+    return CliRunner().invoke(main, ["check", *args])
+
+
+def reports(*args: str) -> list[dict]:
+    read = json.loads(check("--format", "json", *args).stdout)
+    return read if isinstance(read, list) else [read]
+
+
+def shown(*args: str) -> dict[str, str]:
+    lines = check("--show-settings", *args).stdout.splitlines()
+    return dict(line.strip().split(" = ", 1) for line in lines if " = " in line)
+
+
+def test_settings_are_found_above_the_program(
+    shop: Path, monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    assert check("parts/good.nc").exit_code == 0
+    monkeypatch.chdir(tmp_path_factory.mktemp("elsewhere"))
+    assert check(str(shop / "parts/good.nc")).exit_code == 0
+    assert check("good.nc").exit_code == 2
+
+
+def test_the_nearest_file_counts_and_a_project_file_only_with_our_table(shop: Path) -> None:
+    project = shop / "parts/pyproject.toml"
+    project.write_text("[tool.other]\nfeed = 1\n")
+    assert check("parts/bad.nc").exit_code == 1
+    project.write_text('[tool.gcodesim]\nmachine = "table_tilt"\nfeed = 500\n')
+    assert check("parts/bad.nc").exit_code == 0
+    (shop / "parts/gcodesim.toml").write_text(MACHINE)
+    assert check("parts/bad.nc").exit_code == 1
+
+
+def test_the_command_line_wins(shop: Path) -> None:
+    (report,) = reports("parts/good.nc", "--sample-period", "5ms")
+    assert report["sample_period_s"] == 0.005
+    (shop / "gcodesim.toml").write_text(MACHINE + 'format = "json"\nignore = ["GC430"]\n')
+    assert json.loads(check("parts/good.nc").stdout)["verdict"] == "pass"
+    assert check("parts/good.nc", "--format", "text").stdout.startswith("PASS")
+
+
+def test_files_are_counted_from_the_settings(shop: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (shop / "setup.yaml").write_text("machine: table_tilt\n")
+    text = 'setup = "setup.yaml"\nreport = ["junit=out/r.xml", "github=-"]\ndevice = "cpu"\n'
+    (shop / "gcodesim.toml").write_text(text)
+    monkeypatch.chdir(shop / "parts")
+    assert check("bad.nc").stdout.count("::error") == 1
+    assert (shop / "out/r.xml").read_text().startswith("<?xml")
+
+
+def test_jobs_are_carried_out_without_programs(shop: Path) -> None:
+    job = '[[jobs]]\nprograms = ["parts/*o*.nc"]\n'
+    other = '[[jobs]]\nprograms = ["parts/bad.nc"]\nmachine = "head_tilt"\nfeed = 500\n'
+    (shop / "gcodesim.toml").write_text(MACHINE + job + other)
+    done = [(r["program"], r["machine"], r["verdict"]) for r in reports()]
+    assert done == [
+        ("parts/also.nc", "table_tilt", "pass"),
+        ("parts/good.nc", "table_tilt", "pass"),
+        ("parts/bad.nc", "head_tilt", "pass"),
+    ]
+    # A program that is named keeps its job, unless the command line says otherwise.
+    assert [r["machine"] for r in reports("parts/bad.nc")] == ["head_tilt"]
+    (aside,) = reports("parts/bad.nc", "--machine", "table_tilt")
+    assert (aside["machine"], aside["verdict"]) == ("table_tilt", "fail")
+
+
+def test_a_program_may_belong_to_several_machines_or_none(shop: Path) -> None:
+    jobs = "".join(
+        f'[[jobs]]\nprograms = ["parts/g*.nc"]\nmachine = "{machine}"\n'
+        for machine in ("table_tilt", "head_tilt")
+    )
+    (shop / "gcodesim.toml").write_text(MACHINE + jobs)
+    done = [(r["program"], r["machine"]) for r in reports("parts/good.nc", "parts/also.nc")]
+    assert done == [
+        ("parts/good.nc", "table_tilt"),
+        ("parts/good.nc", "head_tilt"),
+        ("parts/also.nc", "table_tilt"),
+    ]
+
+
+def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
+    job = '[[jobs]]\nprograms = ["parts/g*.nc"]\nfeed = 500\n'
+    (shop / "gcodesim.toml").write_text(MACHINE + "quiet = true\n" + job)
+    said = shown("--stop", "all")
+    assert said["machine"].split() == ["table_tilt", "(gcodesim.toml)"]
+    assert said["sample-period"].split() == ["10ms", "(gcodesim.toml)"]
+    assert said["quiet"].split() == ["true", "(gcodesim.toml)"]
+    assert said["stop"].split() == ["all", "(command", "line)"]
+    assert said["method"].split() == ["search", "(default)"]
+    assert said["feed"].split() == ["500.0", "(gcodesim.toml:", "jobs[0])"]
+    text = check("--show-settings").stdout
+    assert text.startswith("settings: gcodesim.toml\n")
+    assert "gcodesim.toml: jobs[0]: parts/good.nc\n" in text
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("machine =  ?", "gcodesim.toml: no valid TOML: Invalid value (at line 1, column 12)"),
+        ("mashine = 'x'", "gcodesim.toml: unknown key 'mashine'; did you mean 'machine'?"),
+        ("update-baseline = true", "gcodesim.toml: unknown key 'update-baseline'"),
+        ("feed = 'fast'", "gcodesim.toml: feed: 'fast' is not a valid float range."),
+        ("feed = true", "gcodesim.toml: feed: expected a text or a number, not True"),
+        ("quiet = 'yes'", "gcodesim.toml: quiet: expected true or false, not 'yes'"),
+        ("select = 'GC2'", "gcodesim.toml: select: expected a list of texts, not 'GC2'"),
+        ("stop = 'never'", "gcodesim.toml: stop: 'never' is not one of 'first', 'all'."),
+        ("sample-period = 1", "gcodesim.toml: sample-period: '1': expected a time"),
+        (
+            "ignore = ['GC1']",
+            "gcodesim.toml: ignore GC1: a contact is never ignored without a reason",
+        ),
+        ("ignore = {GC402 = 'x'}", "gcodesim.toml: ignore GC402=x: GC402 cannot be ignored"),
+        (
+            "report = ['xml=a']",
+            "gcodesim.toml: report xml=a: unknown format 'xml'; valid: text, json",
+        ),
+        ("report = ['junit']", "gcodesim.toml: report junit: expected FORMAT=PATH"),
+        ("baseline = 'no.json'", "no.json: cannot be read"),
+        ("jobs = 1", "gcodesim.toml: jobs: expected [[jobs]], a list of tables"),
+        ("[[jobs]]\nmachine = 'x'", "gcodesim.toml: jobs[0].programs: expected a list of patterns"),
+        ("[[jobs]]\nprograms = ['*.nc']", "jobs[0].programs: no file matches '*.nc' in folder '.'"),
+        ("[[jobs]]\nprograms = ['/x']", "jobs[0].programs: '/x': "),
+        ("[[jobs]]\nprograms = ['x']\nformat = 'json'", "jobs[0].format: holds for the whole run"),
+        ("[[jobs]]\nprograms = ['x']\nfed = 1", "gcodesim.toml: jobs[0]: unknown key 'fed'"),
+    ],
+)
+def test_a_wrong_file_is_named_with_what_would_be_right(shop: Path, text: str, said: str) -> None:
+    (shop / "gcodesim.toml").write_text(text if "machine" in text else f"{text}\n")
+    programs = [] if "jobs" in text else ["parts/good.nc", "--device", "cpu"]
+    result = check(*programs)
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_programs_under_different_settings_are_not_mixed(shop: Path) -> None:
+    (shop / "other").mkdir()
+    (shop / "other/gcodesim.toml").write_text(MACHINE)
+    (shop / "other/x.nc").write_text(PASSES)
+    result = check("parts/good.nc", "other/x.nc")
+    assert result.exit_code == 2
+    assert "lie under different settings" in result.stderr
+    assert check("parts/good.nc", "other/x.nc", "--settings", "gcodesim.toml").exit_code == 0
+
+
+def test_settings_that_are_named_must_be_there(shop: Path) -> None:
+    for file, said in (("no.toml", "no.toml: cannot be read"), ("parts", "parts: cannot be read")):
+        result = check("parts/good.nc", "--settings", file)
+        assert result.exit_code == 2
+        assert said in result.stderr
+
+
+@pytest.mark.usefixtures("shop")
+def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ("text", "json", "jsonl", "junit", "sarif", "github", "gitlab")
+    given = [f"--report={name}=out/deep/{name}" for name in names]
+    monkeypatch.setenv("GITHUB_STEP_SUMMARY", str(shop / "summary.md"))
+    (shop / "summary.md").write_text("before\n")
+    result = check("parts/bad.nc", "parts/good.nc", "parts/no.nc", *given)
+    assert result.exit_code == 2
+    written = {path.name: path.read_text() for path in (shop / "out/deep").iterdir()}
+    assert set(written) == set(names)
+    assert all("parts/bad.nc" in text for text in written.values())
+    assert written["text"].startswith(result.stdout)
+    assert (shop / "summary.md").read_text().startswith("before\n### gcodesim\n")
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (["json=parts"], "parts is a folder"),
+        (["json=parts/good.nc"], "parts/good.nc is a program that is checked"),
+        (["json=a", "text=a"], "a is given twice"),
+    ],
+)
+@pytest.mark.usefixtures("shop")
+def test_reports_that_would_destroy_something_are_refused(given: list[str], said: str) -> None:
+    result = check("parts/good.nc", *(f"--report={text}" for text in given))
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert Path("parts/good.nc").read_text() == PASSES
