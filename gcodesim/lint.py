@@ -42,6 +42,7 @@ def lint(machine: Machine) -> tuple[Finding, ...]:
         *_references(machine, source),
         *_kinematics(machine, source),
         *_missing(machine, source),
+        *_shapeless_tools(machine),
         *_unpaired(machine, source),
     ]
     bodies = bodies_in_place(machine, None)
@@ -59,12 +60,13 @@ def _place(source: YamlFile, *key: str) -> dict[str, Any]:
 
 
 def _pair_place(source: YamlFile, pair: Pair) -> dict[str, Any]:
-    """Where a pair is named, or else its first body."""
+    """Where a pair is named, or else the first of its bodies that the machine file holds."""
     for index, entry in enumerate(source.data.get("pairs") or ()):
         links = entry["links"] if isinstance(entry, dict) else entry
         if {name.partition(".")[0] for name in links} == {pair.a, pair.b}:
             return _place(source, "pairs", str(index))
-    return _place(source, "links", pair.a if pair.a in source.data["links"] else pair.b)
+    own = [("links", name) for name in (pair.a, pair.b) if name in source.data["links"]]
+    return _place(source, *(own[0] if own else ()))
 
 
 def _travels(machine: Machine, source: YamlFile) -> Iterator[Finding]:
@@ -140,6 +142,17 @@ def _missing(machine: Machine, source: YamlFile) -> Iterator[Finding]:
         yield Finding("GC430", text, "offsets_missing", **_place(source, "work"))
 
 
+def _shapeless_tools(machine: Machine) -> Iterator[Finding]:
+    """Yield tools of the tools file that would leave something unchecked."""
+    for number, tool in sorted((machine.tools or {}).items()):
+        if not tool.parts:
+            text = f"tool {number} has no shape: nothing is checked while it is in the spindle"
+            yield Finding("GC421", text, "tool_without_shape", tool=number)
+        elif tool.unchecked:
+            text = f"tool {number} has no shape for its {', '.join(tool.unchecked)}: not checked"
+            yield Finding("GC421", text, "tool_part_without_shape", tool=number)
+
+
 def _unpaired(machine: Machine, source: YamlFile) -> Iterator[Finding]:
     """Yield bodies that nothing is checked against."""
     if not machine.pairs:
@@ -165,13 +178,16 @@ def _contacts_at_rest(machine: Machine, source: YamlFile, scene: Scene) -> Itera
         poses["at the zero pose"] = (np.zeros(len(start)), "warning")
     arrays = path_arrays(_standing(machine, [q for q, _ in poses.values()]), DEVICE)
     for piece, (where, (q, severity)) in enumerate(poses.items()):
-        for index, parts in _touching(scene, arrays, piece):
+        touching = dict(_touching(scene, arrays, piece))
+        for index, parts in touching.items():
             pair = scene.pairs[index]
             text = f"{_named(pair.a, parts[0])} touches {_named(pair.b, parts[1])} {where}"
             place = _pair_place(source, pair)
             names = (pair.a, pair.b)
             yield Finding("GC502", text, "rest", **place, pair=names, severity=severity)
-        yield from _containments(machine, source, scene, q, where, severity)
+        for found in _containments(machine, source, scene, q, where, severity):
+            if found.pair not in {(scene.pairs[i].a, scene.pairs[i].b) for i in touching}:
+                yield found
 
 
 def _touching(

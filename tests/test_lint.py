@@ -149,6 +149,18 @@ def test_triangles_drawn_twice_are_counted(
 
 
 @pytest.mark.usefixtures("model")
+def test_a_tool_table_leaves_the_holders_open(tmp_path: Path) -> None:
+    (tmp_path / "m.yaml").write_text(SOUND)
+    (tmp_path / "tool.tbl").write_text("T1 P1 Z60 D6 ;\nT2 P2 Z50 ;\n")
+    found = lint(load_machine(str(tmp_path / "m.yaml"), tools=str(tmp_path / "tool.tbl")))
+    tools = [(f.code, f.severity, f.tool, f.meaning) for f in found if f.tool is not None]
+    assert tools == [
+        ("GC421", "warning", 1, "tool_part_without_shape"),
+        ("GC421", "warning", 2, "tool_without_shape"),
+    ]
+
+
+@pytest.mark.usefixtures("model")
 def test_exit_codes_and_formats(tmp_path: Path) -> None:
     path = tmp_path / "m.yaml"
 

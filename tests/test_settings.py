@@ -119,6 +119,11 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
     text = check("--show-settings").stdout
     assert text.startswith("settings: gcodesim.toml\n")
     assert "gcodesim.toml: jobs[0]: parts/good.nc\n" in text
+    many = job.replace("g*.nc", "*.nc")
+    for number in range(10):
+        (shop / f"parts/x{number}.nc").write_text(PASSES)
+    (shop / "gcodesim.toml").write_text(MACHINE + many)
+    assert "parts/x0.nc, parts/x1.nc, and 8 more\n" in check("--show-settings").stdout
 
 
 @pytest.mark.parametrize(
@@ -143,7 +148,7 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
             "gcodesim.toml: report xml=a: unknown format 'xml'; valid: text, json",
         ),
         ("report = ['junit']", "gcodesim.toml: report junit: expected FORMAT=PATH"),
-        ("baseline = 'no.json'", "no.json: cannot be read"),
+        ("baseline = 'no.json'", "no.json: there is no such file"),
         ("jobs = 1", "gcodesim.toml: jobs: expected [[jobs]], a list of tables"),
         ("[[jobs]]\nmachine = 'x'", "gcodesim.toml: jobs[0].programs: expected a list of patterns"),
         ("[[jobs]]\nprograms = ['*.nc']", "jobs[0].programs: no file matches '*.nc' in folder '.'"),
@@ -198,7 +203,7 @@ def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch)
     [
         (["json=parts"], "parts is a folder"),
         (["json=parts/good.nc"], "parts/good.nc is a program that is checked"),
-        (["json=a", "text=a"], "a is given twice"),
+        (["json=a", "text=./a"], "a is given twice"),
     ],
 )
 @pytest.mark.usefixtures("shop")

@@ -38,7 +38,8 @@ def parse_destinations(
         programs: files that must not be overwritten.
 
     Raises:
-        UsageError: no such format, no path, a path that is a folder or a program, or used twice.
+        UsageError: no such format, no path, a path that is a folder or a program or given twice,
+            or a folder that cannot be made.
     """
     wanted: dict[str, Destination] = {}
     taken = {Path(program).resolve() for program in programs}
@@ -52,11 +53,16 @@ def parse_destinations(
         if Path(path).is_dir() or Path(path).resolve() in taken:
             kind = "a folder" if Path(path).is_dir() else "a program that is checked"
             raise UsageError(f"{option} {text}: {path} is {kind}: choose another file")
-        if path in wanted and path != STDOUT:
+        key = text if path == STDOUT else str(Path(path).resolve())
+        if key in wanted:
             raise UsageError(f"{option} {text}: {path} is given twice")
-        wanted[path if path != STDOUT else text] = Destination(name, path)
+        wanted[key] = Destination(name, path)
     for destination in wanted.values():
-        Path(destination.path).parent.mkdir(parents=True, exist_ok=True)
+        folder = Path(destination.path).parent
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise UsageError(f"{option}: {folder}: cannot be made: {error.strerror}") from error
     return list(wanted.values())
 
 
@@ -75,7 +81,7 @@ def write_reports(run: Run, on_stdout: str, destinations: Sequence[Destination])
     """Write every report but the text on standard output, which is printed as it comes.
 
     Raises:
-        OSError: a file cannot be written.
+        UsageError: a file cannot be written.
     """
     from gcodesim.report.formats import RENDER
 
@@ -95,6 +101,9 @@ def write_reports(run: Run, on_stdout: str, destinations: Sequence[Destination])
 
 
 def _write(path: str, text: str, mode: Literal["w", "a"]) -> None:
-    # Names of files may hold bytes that are no text.
-    with open(path, mode, encoding="utf-8", errors="replace", newline="\n") as file:
-        file.write(text)
+    try:
+        # Names of files may hold bytes that are no text.
+        with open(path, mode, encoding="utf-8", errors="replace", newline="\n") as file:
+            file.write(text)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

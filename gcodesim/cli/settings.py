@@ -19,10 +19,16 @@ COMMAND_LINE, DEFAULT = "command line", "default"
 NOT_IN_FILES = ("settings", "show-settings", "update-baseline")
 """Options that make no sense in a settings file."""
 
-OF_THE_RUN = ("report", "format", "baseline", "quiet", "no-color")
+OF_THE_RUN = (
+    *("report", "format", "baseline", "quiet", "no-color"),
+    *("snapshot", "html", "glb"),
+)
 """Options that hold for a run as a whole, and not for a job."""
 
-FILES = ("machine", "setup", "tools", "baseline")
+SHOWN = 5
+"""Programs of a job that --show-settings names."""
+
+FILES = ("machine", "setup", "tools", "baseline", "snapshot", "html", "glb")
 """Options whose value is a file, counted from the folder of the settings."""
 
 
@@ -87,7 +93,9 @@ def show_settings(context: click.Context, settings: Settings, plans: Sequence[Pl
     lines += _table(choices)
     for plan in plans:
         if plan.title:
-            lines += [f"{plan.title}: {', '.join(plan.programs)}"]
+            more = len(plan.programs) - SHOWN
+            names = [*plan.programs[:SHOWN], *([f"and {more} more"] if more > 0 else [])]
+            lines += [f"{plan.title}: {', '.join(names)}"]
             lines += _table({n: c for n, c in plan.choices.items() if c != choices[n]})
     return "\n".join(lines)
 

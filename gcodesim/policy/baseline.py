@@ -90,11 +90,14 @@ class Baseline:
         """Write the file.
 
         Raises:
-            OSError: it cannot be written.
+            UsageError: it cannot be written.
         """
         rows = [asdict(entry) for entry in self.entries.values()]
         text = json.dumps({"schema": SCHEMA, "entries": rows}, indent=2) + "\n"
-        Path(self.path).write_text(text, encoding="utf-8")
+        try:
+            Path(self.path).write_text(text, encoding="utf-8")
+        except OSError as error:
+            raise UsageError(f"{self.path}: cannot be written: {error.strerror}") from error
 
     def _keys(self, result: CheckResult) -> list[Key]:
         files = {file: self._beside(file) for file in {f.file for f in result.findings}}
@@ -126,9 +129,10 @@ def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
         return Baseline(path, {})
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise UsageError(f"{path}: there is no such file; --update-baseline makes it") from error
     except OSError as error:
-        text = f"{path}: cannot be read: {error.strerror}; --update-baseline makes it"
-        raise UsageError(text) from error
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise UsageError(f"{path}: no JSON: {error}") from error
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:

@@ -36,4 +36,5 @@ def _by_weight(findings: Sequence[Finding]) -> list[Finding]:
 
 def _line(finding: Finding) -> str:
     place = ":".join(str(part) for part in (finding.file, finding.line) if part)
-    return printable(f"  {finding.severity} {finding.code} {place}: {finding.message}")
+    told = f"{place}: {finding.message}" if place else finding.message
+    return printable(f"  {finding.severity} {finding.code} {told}")

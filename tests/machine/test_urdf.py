@@ -93,7 +93,7 @@ def test_forward_kinematics_by_hand(folder: Path) -> None:
     machine = imported(folder)
     at_zero = np.array([[200, 0, 600], [201, 0, 600], [200, 1, 600], [200, 0, 601]], float)
     pose = world_from_link(machine, np.array([10.0, 90.0, 90.0]))["tip"]
-    # C: x to y, y to -x; then A about the x axis through (-100, 0, 600): y to z, z to -y; then 10 y.
+    # C: x to y, y to -x; then A about the x axis through (-100, 0, 600): y to z, z to -y; and 10 y.
     expected = [[200, 10, 600], [200, 10, 601], [199, 10, 600], [200, 9, 600]]
     np.testing.assert_allclose(transform(pose, at_zero), expected, atol=1e-11)
 
