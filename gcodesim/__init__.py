@@ -2,19 +2,41 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gcodesim.api import check
     from gcodesim.collision.triangles import triangles_intersect
+    from gcodesim.errors import UsageError
+    from gcodesim.findings import Finding
+    from gcodesim.flow import Options
+    from gcodesim.verdict import CheckResult as Report
 
-__all__ = ["__version__", "triangles_intersect"]
+__all__ = [
+    "Finding",
+    "Options",
+    "Report",
+    "UsageError",
+    "__version__",
+    "check",
+    "triangles_intersect",
+]
 __version__ = "0.1.0"
+
+_HOMES = {
+    "Finding": ("gcodesim.findings", "Finding"),
+    "Options": ("gcodesim.flow", "Options"),
+    "Report": ("gcodesim.verdict", "CheckResult"),
+    "UsageError": ("gcodesim.errors", "UsageError"),
+    "check": ("gcodesim.api", "check"),
+    "triangles_intersect": ("gcodesim.collision.triangles", "triangles_intersect"),
+}
 
 
 def __getattr__(name: str) -> Any:
-    # Warp takes half a second to import, so it is loaded only when the triangle test is asked for.
-    if name == "triangles_intersect":
-        from gcodesim.collision.triangles import triangles_intersect
-
-        return triangles_intersect
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    # NumPy and Warp take their time to import: each name is loaded only when it is asked for.
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, attribute = _HOMES[name]
+    return getattr(import_module(module), attribute)

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from gcodesim.constants import TOLERANCE_MM
 from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
+
+if TYPE_CHECKING:
+    from gcodesim.replay import Replay
 
 PASS = "pass"
 
@@ -119,7 +123,7 @@ class CheckResult:
     `tool_times` are numbers of tools, None before the first change, with their program time [s];
     `tolerance_mm` is the distance below which time between samples does not count as free;
     `fail_on` is one of LEVELS; `setup` the file it ran with; `pictures` are files
-    that show what was found.
+    that show what was found; `replay` is what they are made of, dropped where they are written.
     """
 
     program: str
@@ -146,6 +150,7 @@ class CheckResult:
     fail_on: str = "error"
     setup: str = ""
     pictures: tuple[str, ...] = ()
+    replay: Replay | None = field(default=None, repr=False, compare=False)
 
     @property
     def verdict(self) -> str:

@@ -148,7 +148,7 @@ def test_interrupt_is_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*args: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gcodesim.check.check_program", interrupted)
+    monkeypatch.setattr("gcodesim.flow.check_program", interrupted)
     result = check("pass.nc")
     assert result.exit_code == 130
     assert result.stdout == ""
@@ -160,7 +160,7 @@ def test_a_defect_of_ours_never_looks_like_a_verdict(monkeypatch: pytest.MonkeyP
     def broken(*args: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("gcodesim.check.check_program", broken)
+    monkeypatch.setattr("gcodesim.flow.check_program", broken)
     result = check("pass.nc")
     assert result.exit_code == 2
     assert "please report it" in result.stderr

@@ -17,14 +17,16 @@ ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
 
-@pytest.mark.parametrize("args", [["--help"], ["check", "--help"], ["--version"]])
+@pytest.mark.parametrize(
+    "args", [["--help"], ["check", "--help"], ["batch", "--help"], ["--version"]]
+)
 def test_help_loads_nothing_heavy(args: list[str]) -> None:
     """What makes a start slow is imported inside the commands, or not at all."""
     code = (
         "import sys\n"
         "from gcodesim.cli import main\n"
         f"main({args!r}, standalone_mode=False)\n"
-        "heavy = {'warp', 'trimesh', 'numpy', 'pydantic', 'yaml', 'rich', 'scipy'}\n"
+        "heavy = {'warp', 'trimesh', 'numpy', 'pydantic', 'yaml', 'rich', 'scipy', 'dask'}\n"
         "assert not heavy & set(sys.modules), heavy & set(sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
@@ -58,8 +60,9 @@ def test_the_wheel_carries_machines_and_licence(tmp_path: Path) -> None:
     tree = tmp_path / "tree"
     for name in ("gcodesim", "machines"):
         shutil.copytree(ROOT / name, tree / name, ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / name, tree)
+    (tree / "samples").mkdir()
+    for name in ("pyproject.toml", "README.md", "LICENSE", "samples/part.nc"):
+        shutil.copy(ROOT / name, tree / name)
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", str(tmp_path)]
     done = subprocess.run([*build, str(tree)], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -67,5 +70,9 @@ def test_the_wheel_carries_machines_and_licence(tmp_path: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for file in (*(ROOT / "machines").glob("*.yaml"), *(ROOT / "machines").glob("*/*.stl")):
         assert f"gcodesim/{file.relative_to(ROOT).as_posix()}" in names
+    for file in (ROOT / "gcodesim/report/viewer").iterdir():
+        assert f"gcodesim/report/viewer/{file.name}" in names
+    assert {"gcodesim/starter/part.nc", "gcodesim/starter/setup.yaml"} <= names
     assert any(name.endswith("licenses/LICENSE") for name in names)
+    assert any(name.endswith("licenses/gcodesim/report/viewer/three.LICENSE") for name in names)
     assert not any(name.startswith(("tests", "samples")) for name in names)

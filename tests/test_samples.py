@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gcodesim.check import Options, check_program
 from gcodesim.findings import FAIL, INCONCLUSIVE
+from gcodesim.flow import Options, check_program
 from gcodesim.machine.control import control_for
 from gcodesim.machine.kinematics import tip_position, world_from_link
 from gcodesim.machine.loading import load_machine

@@ -11,10 +11,13 @@ from typing import Any
 import click
 
 from gcodesim import __version__
+from gcodesim.cli.batch import batch, merge
 from gcodesim.cli.check import check
+from gcodesim.cli.init import init
 from gcodesim.cli.language import canon, explain
 from gcodesim.cli.machine import machine
 from gcodesim.cli.measure import bench, study
+from gcodesim.cli.pictures import view
 from gcodesim.cli.trace import trace
 from gcodesim.errors import UsageError
 from gcodesim.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
@@ -61,5 +64,5 @@ def main() -> None:
     """
 
 
-for command in (check, trace, canon, explain, machine, bench, study):
+for command in (check, batch, merge, init, trace, canon, explain, machine, bench, study, view):
     main.add_command(command)

@@ -18,6 +18,7 @@ from gcodesim.cli.options import (
     progress_bar,
     read_text,
 )
+from gcodesim.cli.pictures import Pictures, picture_options
 from gcodesim.cli.reports import parse_destinations, print_text, write_reports
 from gcodesim.cli.settings import Plan, make_plans, show_settings
 from gcodesim.errors import UsageError
@@ -25,7 +26,7 @@ from gcodesim.report.run import FORMATS, Failure, Run
 from gcodesim.verdict import EXIT_CODES, LEVELS, USAGE_EXIT, CheckResult, worst_exit
 
 if TYPE_CHECKING:
-    from gcodesim.check import Options
+    from gcodesim.flow import Options
     from gcodesim.machine.model import Machine
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
@@ -123,6 +124,7 @@ if TYPE_CHECKING:
     metavar="FORMAT=PATH",
     help="Write the report in this form too; may be repeated. PATH - is standard output.",
 )
+@picture_options
 @click.option(
     "--fail-on",
     type=click.Choice(LEVELS),
@@ -176,10 +178,12 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
     destinations = parse_destinations(of_run["report"], plans[0].label("report"), named)
     baseline = _baseline(of_run["baseline"], given["update_baseline"])
     tasks = [task for plan in plans for task in _tasks(plan, baseline)]
-    results, failures = _check_all(tasks, of_run, given["update_baseline"])
+    pictures = Pictures(of_run["snapshot"], of_run["html"], of_run["glb"], len(named) > 1)
+    results, failures = _check_all(tasks, of_run, given["update_baseline"], pictures)
     run = Run(tuple(results), tuple(failures))
     write_reports(run, of_run["format"], destinations)
     codes = [EXIT_CODES[result.verdict] for result in results] + [USAGE_EXIT for _ in failures]
+    codes += [USAGE_EXIT] if pictures.failed else []
     sys.exit(worst_exit(codes))
 
 
@@ -221,7 +225,7 @@ def _tasks(plan: Plan, baseline: Baseline | None) -> list[Task]:
 
 
 def _options(values: dict[str, Any]) -> Options:
-    from gcodesim.check import Options
+    from gcodesim.flow import Options
     from gcodesim.nc.control import MAX_BLOCKS
 
     return Options(
@@ -249,7 +253,7 @@ def _baseline(path: str | None, update: bool) -> Baseline | None:
 
 
 def _check_all(
-    tasks: Sequence[Task], of_run: dict[str, Any], update: bool
+    tasks: Sequence[Task], of_run: dict[str, Any], update: bool, pictures: Pictures
 ) -> tuple[list[CheckResult], list[Failure]]:
     """Check every program; text reports are printed as they come."""
     checked: list[tuple[Task, CheckResult, str]] = []
@@ -257,7 +261,8 @@ def _check_all(
     failures: list[Failure] = []
 
     def judge(task: Task, result: CheckResult, text: str) -> None:
-        results.append(task.policy.apply(result, text, stop_all=task.options.stop_all))
+        judged = task.policy.apply(result, text, stop_all=task.options.stop_all)
+        results.append(pictures.write(judged))
         if of_run["format"] == "text":
             print_text(results[-1], of_run["no_color"])
 
@@ -284,7 +289,7 @@ class UnreadableError(UsageError):
 
 
 def _check_one(task: Task, quiet: bool) -> tuple[CheckResult, str]:
-    from gcodesim.check import check_program
+    from gcodesim.flow import check_program
 
     begin = time.perf_counter()
     try:

@@ -49,3 +49,11 @@ def resolve_device(name: str) -> str:
     if int(index or 0) >= cuda_count:
         raise UsageError(f"--device {name}: {cuda_count} CUDA devices present; use --device cpu")
     return f"cuda:{index or 0}"
+
+
+def every_device(name: str) -> list[str]:
+    """All devices that a name allows: every CUDA device for `auto` and `cuda`; UsageError."""
+    first = resolve_device(name)
+    if name in ("auto", "cuda") and first != "cpu":
+        return [f"cuda:{index}" for index in range(wp.get_cuda_device_count())]
+    return [first]

@@ -95,7 +95,9 @@ def _nearest_rows(
     return posed, posed.nearest(within)
 
 
-def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Approach | None:
+def contact_between(
+    searcher: Searcher, pair: int, start_ps: int, end_ps: int, touch: int | None = None
+) -> Approach | None:
     """What happens in a near stretch that begins at `start_ps`; None when it leads to a touch.
 
     Args:
@@ -103,12 +105,13 @@ def contact_between(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -
         pair: the pair.
         start_ps: start of the first near sample step.
         end_ps: end of the time to look at.
+        touch: sample of the first touch of this pair, where it is known.
     """
     first_end = start_ps
     for times in _steps(searcher, start_ps, end_ps):
         if first_end == start_ps:
             first_end = int(times[1])
-        free = _touching_step(searcher, pair, times)
+        free = _touching_step(searcher, pair, times, touch)
         near = 0
         if free:
             steps = _look(searcher, pair, times[: free + 1], MODE_APPROACH).near < NO_CONTACT
@@ -133,15 +136,21 @@ def _look(searcher: Searcher, pair: int, times: NDArray[np.int64], mode: int) ->
     return replace(searcher, settings=settings).search_stretches(roots, pair)
 
 
-def _touching_step(searcher: Searcher, pair: int, times: NDArray[np.int64]) -> int:
+def _touching_step(
+    searcher: Searcher, pair: int, times: NDArray[np.int64], touch: int | None
+) -> int:
     """Number of the first step at an end of which the pair touches, that of all steps if none."""
+    samples = -(-times[1:] // searcher.settings.period_ps)
+    if touch is not None:
+        first, end = np.searchsorted(samples, touch + np.arange(2)).tolist()
+        if end - first == 1 or first == len(samples):
+            return first
     pieces = searcher.path.piece_at(times[1:])
     within_pieces = [0, *(np.flatnonzero(np.diff(pieces)) + 1), len(pieces)]
-    touch = _look(searcher, pair, times[within_pieces], MODE_AT_SAMPLES)
-    if touch.best == NO_CONTACT:
+    found = _look(searcher, pair, times[within_pieces], MODE_AT_SAMPLES)
+    if found.best == NO_CONTACT:
         return len(pieces)
-    samples = -(-times[1:] // searcher.settings.period_ps)
-    first, end = np.searchsorted(samples, (touch.best >> PAIR_BITS) + np.arange(2)).tolist()
+    first, end = np.searchsorted(samples, (found.best >> PAIR_BITS) + np.arange(2)).tolist()
 
     def touches_by(step: int) -> bool:
         until = _look(searcher, pair, times[first : step + 2], MODE_AT_SAMPLES)
@@ -233,8 +242,15 @@ def event_of(
     period = searcher.settings.period_ps
     pairs = np.arange(len(outcome.near))
     keys = (np.minimum(outcome.near, end_ps) // period + 1 << PAIR_BITS) + pairs
+    sample, touching = divmod(outcome.best, 1 << PAIR_BITS)
     between = [
-        contact_between(searcher, int(pair), int(outcome.near[pair]), end_ps)
+        contact_between(
+            searcher,
+            int(pair),
+            int(outcome.near[pair]),
+            end_ps,
+            sample if pair == touching else None,
+        )
         for pair in np.flatnonzero((outcome.near < end_ps) & (keys < outcome.best))
     ]
     found = [approach for approach in between if approach]
@@ -242,4 +258,4 @@ def event_of(
         return min(found, key=lambda f: (sample_of(f.start_ps, period), f.nearest.pair))
     if outcome.best == NO_CONTACT:
         return None
-    return outcome.best >> PAIR_BITS, outcome.best & ((1 << PAIR_BITS) - 1)
+    return sample, touching

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -42,6 +43,7 @@ class Aims:
         stop_all: list every contact instead of stopping at the first.
         leave_out: leave out what the program cannot need.
         off_path: how far the machine may be from the path; widens every clearance.
+        threads: launches side by side on the CPU, 0 for one per core.
     """
 
     between: bool = True
@@ -50,6 +52,7 @@ class Aims:
     stop_all: bool = False
     leave_out: bool = True
     off_path: OffPath = field(default_factory=OffPath)
+    threads: int = 0
 
     def clearance_of(self, pair: Pair) -> float:
         """Clearance of a pair [mm]."""
@@ -154,7 +157,8 @@ def _searcher(
     free: tuple[float, ...],
 ) -> Searcher:
     mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
-    settings = Settings(place.period_ps, mode, free)
+    threads = aims.threads or os.cpu_count() or 1
+    settings = Settings(place.period_ps, mode, free, threads)
     forest = build_forest(place.scene, travels)
     return Searcher(place.scene, forest, place.path, arrays, travels, settings)
 

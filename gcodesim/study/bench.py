@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from gcodesim import __version__
-from gcodesim.check import Options, check_program
 from gcodesim.collision.device import resolve_device
 from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
+from gcodesim.flow import Options, check_program
 from gcodesim.machine.control import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.limits import overtravels

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from collision.chord_bounds import random_chords
 
-from gcodesim.check import Options, check_program
 from gcodesim.collision.bounds import common_frame, travelled
 from gcodesim.collision.departure import departures, largest_step
+from gcodesim.flow import Options, check_program
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, Servo
 from gcodesim.motion.off_path import OffPath

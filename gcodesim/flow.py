@@ -19,6 +19,7 @@ from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_times
 from gcodesim.nc.control import MAX_BLOCKS
 from gcodesim.nc.interpreter import interpret
+from gcodesim.replay import Replay
 from gcodesim.verdict import CheckResult
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Options:
         audit: check again with nothing left out, and compare (method search).
         block_delete: leave out blocks that begin with /.
         max_blocks: interpretation ends after this many blocks.
+        threads: searches side by side on the CPU, 0 for one per core.
     """
 
     dialect: str | None = None
@@ -56,6 +58,7 @@ class Options:
     audit: bool = False
     block_delete: bool = False
     max_blocks: int = MAX_BLOCKS
+    threads: int = 0
 
     @property
     def language(self) -> tuple[str | None, float | None, bool, int]:
@@ -149,6 +152,7 @@ def check_program(
         left_out=evidence.left_out(detection, machine, path) if searches else (),
         work=detection.work.as_report,
         timing_s=watch.seconds,
+        replay=Replay(machine, path, lines, meaning.files),
     )
 
 
@@ -175,5 +179,6 @@ def _task(
         minimum=options.minimum,
         stop_all=options.stop_all,
         off_path=off,
+        threads=options.threads,
     )
     return Task(path, machine, options.period_ps, device, options.method, aims, progress)

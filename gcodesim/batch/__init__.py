@@ -1,0 +1,1 @@
+"""Many programs on many machines: one warm process per core or GPU, or a Dask cluster."""

@@ -1,0 +1,144 @@
+"""Jobs: which programs are checked on which machine, in which order, and what makes one done."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
+from glob import glob, has_magic
+from pathlib import Path
+from typing import Any
+
+from gcodesim import __version__
+from gcodesim.errors import UsageError
+from gcodesim.flow import Options
+from gcodesim.machine.files import files_of
+from gcodesim.policy.baseline import read_baseline
+from gcodesim.policy.policy import Policy
+from gcodesim.policy.rules import parse_prefix, parse_rule
+
+SUFFIXES = {".nc", ".ngc", ".cnc", ".tap", ".mpf", ".min", ".eia", ".gcode"}
+"""Endings of the files that count as programs when a folder is given."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One program on one machine.
+
+    Attributes:
+        program, machine, setup, tools: as for `gcodesim check`, relative to `folder`.
+        allow_outside: mesh files may lie outside the folder of the file that names them.
+        rapids: linear | dogleg, None as the machine file says.
+        options: of the check.
+        fail_on, select, ignore, baseline: what counts, as for `gcodesim check`.
+        folder: where the names are looked up.
+        size: of the program [bytes]; a longer one is begun earlier.
+        model: hash of the files of machine, setup, tools and baseline.
+        key: hash of everything the answer depends on, "" where a file cannot be read.
+        version: of the gcodesim that must do it.
+    """
+
+    program: str
+    machine: str
+    setup: str | None = None
+    tools: str | None = None
+    allow_outside: bool = False
+    rapids: str | None = None
+    options: Options = field(default_factory=Options)
+    fail_on: str = "error"
+    select: tuple[str, ...] = ()
+    ignore: tuple[str, ...] = ()
+    baseline: str | None = None
+    folder: str = field(default_factory=os.getcwd)
+    size: int = 0
+    model: str = ""
+    key: str = ""
+    version: str = __version__
+
+    def as_json(self) -> str:
+        """The job as one line of JSON."""
+        return json.dumps(asdict(self))
+
+    @classmethod
+    def from_json(cls, line: str) -> Job:
+        """The job of a line of JSON."""
+        values: dict[str, Any] = json.loads(line)
+        lists = {name: tuple(values[name]) for name in ("select", "ignore")}
+        return cls(**values | lists | {"options": Options(**values["options"])})
+
+    def policy(self) -> Policy:
+        """What counts; UsageError where it is wrong."""
+        return Policy(
+            fail_on=self.fail_on,
+            select=tuple(parse_prefix(text, "--select") for text in self.select),
+            ignore=tuple(parse_rule(text, "--ignore") for text in self.ignore),
+            baseline=read_baseline(self.baseline) if self.baseline else None,
+        )
+
+    @property
+    def label(self) -> dict[str, str]:
+        """What tells one job from another, and an answer to it from an older one."""
+        names = {"program": self.program, "machine": self.machine, "setup": self.setup or ""}
+        return names | {"key": self.key}
+
+
+def find_programs(patterns: Sequence[str]) -> list[str]:
+    """Programs named by files, glob patterns (`**` too) and folders, each once, in order.
+
+    Raises:
+        UsageError: a pattern or folder holds no program.
+    """
+    programs: dict[str, None] = {}
+    for pattern in patterns:
+        found = sorted(_programs(pattern))
+        if not found:
+            raise UsageError(f"{pattern}: no program there (*{', *'.join(sorted(SUFFIXES))})")
+        programs |= dict.fromkeys(found)
+    return list(programs)
+
+
+def _programs(pattern: str) -> Iterator[str]:
+    if has_magic(pattern) and not Path(pattern).exists():
+        yield from (name for name in glob(pattern, recursive=True) if Path(name).is_file())
+    elif Path(pattern).is_dir():
+        files = (path for path in Path(pattern).rglob("*") if path.suffix.lower() in SUFFIXES)
+        yield from (str(path) for path in files if path.is_file())
+    else:
+        yield pattern  # a missing file is an answer of its own program
+
+
+def prepare(jobs: Iterable[Job]) -> list[Job]:
+    """The jobs with size and key, longest program first."""
+    digest = cache(model_digest)  # of this call only: files change
+    ready = [_keyed(job, digest) for job in jobs]
+    return sorted(ready, key=lambda job: (-job.size, *job.label.values()))
+
+
+def shard_of(jobs: Sequence[Job], index: int, count: int) -> list[Job]:
+    """Part `index` (from 1) of `count` parts of prepared jobs: every part gets long and short."""
+    return list(jobs[index - 1 :: count])
+
+
+def model_digest(machine: str, setup: str | None, tools: str | None, baseline: str | None) -> str:
+    """Hash of the content of every file the answers depend on; UsageError, OSError."""
+    digest = hashlib.sha256()
+    for file in [*files_of(machine, setup, tools), *([Path(baseline)] if baseline else [])]:
+        content = file.read_bytes()
+        digest.update(f"{len(content)}\0".encode() + content)
+    return digest.hexdigest()
+
+
+def _keyed(job: Job, digest: Callable[..., str]) -> Job:
+    """The job with size and key; what cannot be read has no key: it is never done already."""
+    try:
+        text = Path(job.program).read_bytes()
+        model = digest(job.machine, job.setup, job.tools, job.baseline)
+    except (UsageError, OSError):
+        return job
+    job = replace(job, size=len(text), model=model)
+    # A result does not depend on where the folder lies.
+    asked = json.dumps(asdict(replace(job, folder="")), sort_keys=True)
+    return replace(job, key=hashlib.sha256(asked.encode() + b"\0" + text).hexdigest()[:32])

@@ -1,0 +1,89 @@
+"""The inside of a worker process: jobs come in line by line, and records go out."""
+
+from __future__ import annotations
+
+import gc
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+from contextlib import chdir
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, TextIO
+
+from gcodesim import __version__
+from gcodesim.batch.jobs import Job
+from gcodesim.batch.records import WORKER_LOST, Record, lost
+from gcodesim.collision.detector import load_kernels
+from gcodesim.collision.device import resolve_device
+from gcodesim.errors import UsageError
+from gcodesim.flow import check_program
+from gcodesim.machine.loading import load_machine
+from gcodesim.machine.model import Machine
+from gcodesim.nc.reader import read_program
+from gcodesim.policy.policy import Policy
+from gcodesim.report.json_report import report_dict
+
+LOADED = 8
+"""Machines, each with its setup and tools, that a worker keeps: meshes take memory."""
+
+
+def serve(device: str) -> None:
+    """Answer jobs on standard input with records on standard output until it is closed."""
+    answers = _take_stdout()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
+    try:
+        load_kernels("search", resolve_device(device))
+        # Modules stay for good: the collector, off while they were imported, need not look at them.
+        gc.freeze()
+        gc.enable()
+        print(flush=True, file=answers)
+        for line in sys.stdin:
+            print(json.dumps(do(Job.from_json(line))), flush=True, file=answers)
+    except BrokenPipeError:
+        pass  # nobody listens any more
+
+
+def _take_stdout() -> TextIO:
+    """Standard output for records alone: what anything else prints goes to standard error."""
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    return answers
+
+
+def do(job: Job) -> Record:
+    """The record of a job; a defect of gcodesim costs this program only."""
+    begin = time.perf_counter()
+    told: dict[str, Any]
+    try:
+        with chdir(job.folder):
+            told = {"report": _report(job)}
+    except (UsageError, OSError) as error:
+        told = {"error": str(error)}
+    except Exception as error:
+        traceback.print_exc()
+        why = f"a defect of gcodesim, please report it: {type(error).__name__}: {error}"
+        return lost(job, WORKER_LOST, why, time.perf_counter() - begin)
+    return {**job.label, "seconds": time.perf_counter() - begin, **told}
+
+
+def _report(job: Job) -> dict[str, Any]:
+    if job.version != __version__:
+        raise UsageError(f"this worker has gcodesim {__version__}, the batch {job.version}")
+    text = read_program(job.program)
+    machine, policy = _loaded(replace(job, program="", size=0, key=""))
+    result = check_program(text, job.program, machine, job.options)
+    result = replace(result, setup=job.setup or "")
+    return report_dict(policy.apply(result, text, stop_all=job.options.stop_all))
+
+
+@lru_cache(LOADED)
+def _loaded(job: Job) -> tuple[Machine, Policy]:
+    """Machine and policy of a job that names no program; read again when their files change."""
+    machine = load_machine(
+        job.machine, tools=job.tools, setup=job.setup, allow_outside=job.allow_outside
+    )
+    return replace(machine, rapids=job.rapids or machine.rapids), job.policy()

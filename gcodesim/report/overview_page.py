@@ -1,0 +1,73 @@
+"""The overview of a batch as one HTML page that needs no other file and no network."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+from gcodesim.report.overview import COLUMNS, Row, cells, headline
+from gcodesim.verdict import CONTRACT
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<meta http-equiv="Content-Security-Policy"
+ content="default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'">
+<title>{count}</title>
+<style>
+:root {{ color-scheme: light dark; font: 14px/1.5 system-ui, sans-serif }}
+body {{ margin: 2rem }}
+table {{ border-collapse: collapse; width: 100% }}
+th, td {{ text-align: left; padding: .25rem .75rem; border-bottom: 1px solid #8884 }}
+th button {{ all: unset; cursor: pointer; font-weight: 600 }}
+td {{ vertical-align: top; overflow-wrap: anywhere }}
+td:nth-child(5) {{ text-align: right; font-variant-numeric: tabular-nums }}
+td:first-child {{ font-weight: 600; color: #b71c1c }}
+.pass td:first-child {{ color: #2e7d32 }}
+.inconclusive td:first-child {{ color: #b26a00 }}
+footer {{ margin-top: 2rem; max-width: 60rem; opacity: .7 }}
+</style>
+<h1>{count}</h1>
+<p><label>Show only what contains <input id="filter" type="search"></label></p>
+<table>
+<thead><tr>{head}</tr></thead>
+<tbody>
+{body}
+</tbody>
+</table>
+<footer>gcodesim {version}. {contract}</footer>
+<script>
+const rows = [...document.querySelectorAll("tbody tr")];
+document.getElementById("filter").oninput = event => {{
+  const wanted = event.target.value.toLowerCase();
+  for (const row of rows) row.hidden = !row.textContent.toLowerCase().includes(wanted);
+}};
+document.querySelectorAll("th button").forEach((button, column) => {{
+  let up = false;
+  button.onclick = () => {{
+    up = !up;
+    const text = row => row.cells[column].textContent;
+    rows.sort((a, b) => (up ? 1 : -1) * text(a).localeCompare(text(b), "en", {{numeric: true}}));
+    document.querySelector("tbody").append(...rows);
+  }};
+}});
+</script>
+"""
+
+
+def overview_page(rows: Sequence[Row], version: str) -> str:
+    """The page; a click on a column sorts by it."""
+    body = "\n".join(_table_row(row) for row in rows)
+    return _PAGE.format(
+        count=escape(headline(rows)),
+        head="".join(f"<th><button>{escape(column)}</button></th>" for column in COLUMNS),
+        body=body,
+        version=escape(version),
+        contract=escape(CONTRACT),
+    )
+
+
+def _table_row(row: Row) -> str:
+    texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row))
+    return f'<tr class="{row.verdict}">{texts}</tr>'

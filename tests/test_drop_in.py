@@ -1,0 +1,144 @@
+"""What others put into their projects: `init`, the action, the component, the hook, the image."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from click.testing import CliRunner
+
+from gcodesim.batch.jobs import SUFFIXES
+from gcodesim.cli import main
+from gcodesim.starter import TEMPLATES
+
+ROOT = Path(__file__).parents[1]
+WORKFLOW = ROOT / ".github/workflows/ci.yml"
+PIN = re.compile(r"uses: ([\w/-]+)@([0-9a-f]{40}) # (v[\d.]+)$", re.MULTILINE)
+OPTIONS = "--machine table_tilt --device cpu"
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A fresh project as working folder, and `gcodesim` on the path."""
+    assert CliRunner().invoke(main, ["init", str(tmp_path / "project")]).exit_code == 0
+    program = tmp_path / "gcodesim"
+    program.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m gcodesim "$@"\n')
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.chdir(tmp_path / "project")
+    return tmp_path / "project"
+
+
+def bash(script: str, **environment: str) -> int:
+    """Exit code of a script, run as GitHub and GitLab run it."""
+    command = ["bash", "-e", "-o", "pipefail", "-c", script]
+    return subprocess.run(command, env=os.environ | environment, check=False).returncode
+
+
+def load(path: Path) -> Any:
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.usefixtures("project")
+def test_the_first_check_of_a_new_project_passes() -> None:
+    done = CliRunner().invoke(main, ["check", "programs/part.nc", "--setup", "setup.yaml"])
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert done.stdout.startswith("PASS  programs/part.nc on table_tilt")
+    assert "cutter-plate" in done.stdout
+    by_settings = CliRunner().invoke(main, ["check"])
+    assert (by_settings.exit_code, by_settings.stdout) == (0, done.stdout)
+
+
+@pytest.mark.usefixtures("project")
+@pytest.mark.parametrize("name", [".github/workflows/gcodesim.yml", ".gitlab-ci.yml"])
+def test_the_ci_file_of_a_new_project_runs(name: str) -> None:
+    steps = [line.strip() for line in Path(name).read_text().splitlines()]
+    (command,) = (s.removeprefix("- ").removeprefix("run: ") for s in steps if " batch " in s)
+    assert bash(command) == 0
+    assert "1 checks: 1 PASS" in Path("overview.html").read_text()
+    assert "@VERSION@" not in Path(name).read_text()
+    load(Path(name))
+
+
+def test_init_overwrites_nothing(tmp_path: Path) -> None:
+    (tmp_path / "setup.yaml").write_text("mine")
+    done = CliRunner().invoke(main, ["init", str(tmp_path)])
+    assert (done.exit_code, "setup.yaml there already" in done.stderr) == (2, True)
+    assert [path.name for path in tmp_path.iterdir()] == ["setup.yaml"]
+
+
+def test_actions_are_pinned_and_the_same_everywhere() -> None:
+    starter = ROOT / "gcodesim/starter" / TEMPLATES[".github/workflows/gcodesim.yml"]
+    pins = {}
+    for file in (WORKFLOW, ROOT / "action.yml", starter):
+        text = file.read_text(encoding="utf-8")
+        found = PIN.findall(text)
+        assert len(found) == text.count("uses:"), file
+        for action, commit, version in found:
+            assert pins.setdefault(action, (commit, version)) == (commit, version), file
+
+
+def test_the_action_runs_and_reads_no_input_as_code(project: Path) -> None:
+    action = load(ROOT / "action.yml")
+    steps = action["runs"]["steps"]
+    assert action["runs"]["using"] == "composite"
+    assert all(step["shell"] == "bash" for step in steps if "run" in step)
+    assert not any("${{" in step.get("run", "") for step in steps)
+    (step,) = (step for step in steps if "gcodesim batch" in step.get("run", ""))
+    wanted = set(re.findall(r"inputs\.(\w+)", (ROOT / "action.yml").read_text()))
+    assert wanted == set(action["inputs"])
+    assert bash(step["run"], PROGRAMS="programs/**/*.nc", OPTIONS=OPTIONS) == 0
+    assert (project / "gcodesim.html").is_file()
+    assert bash(step["run"], PROGRAMS="programs; touch $(echo pwned)", OPTIONS=OPTIONS) == 2
+    assert not (project / "pwned").exists()
+
+
+def test_the_component_runs(project: Path) -> None:
+    text = (ROOT / "templates/gcodesim.yml").read_text(encoding="utf-8")
+    header, _ = yaml.safe_load_all(text)
+    inputs = header["spec"]["inputs"]
+    assert set(re.findall(r"\$\[\[ inputs\.(\w+) \]\]", text)) == set(inputs)
+    given = {"programs": "programs", "options": OPTIONS}
+    for name, spec in inputs.items():
+        text = text.replace(f"$[[ inputs.{name} ]]", given.get(name, spec.get("default", "")))
+    _, body = yaml.safe_load_all(text)
+    job = body["gcodesim"]
+    assert job["script"][0] == 'pip install -q "$PACKAGE"'
+    variables = {name: str(value) for name, value in job["variables"].items()}
+    del variables["WARP_CACHE_PATH"]
+    assert bash("\n".join(job["script"][1:]), **variables) == 0
+    assert [(project / path).is_file() for path in job["artifacts"]["paths"]] == [True]
+
+
+def test_the_hook_runs_on_programs_only() -> None:
+    (hook,) = load(ROOT / ".pre-commit-hooks.yaml")
+    assert hook.keys() >= {"id", "name", "entry", "language", "files"}
+    pattern = re.compile(hook["files"])
+    assert all(pattern.search(f"a/b{suffix}") for suffix in SUFFIXES)
+    assert not any(pattern.search(name) for name in ("a.py", "nc", "a.nc.txt"))
+    program, *args = shlex.split(hook["entry"])
+    assert program in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
+    done = CliRunner().invoke(main, [*args, str(ROOT / "samples/part.nc"), *shlex.split(OPTIONS)])
+    assert done.exit_code == 0
+
+
+def test_the_image_is_built_from_files_that_are_there() -> None:
+    lines = (ROOT / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    steps = [line.split() for line in lines if line and not line.startswith("#")]
+    assert steps[0] == ["FROM", "python:3.12-slim"]
+    copied = {name for word, *names in steps if word == "COPY" for name in names[:-1]}
+    assert all((ROOT / name).exists() for name in copied)
+    # All that the wheel is made of.
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    wheel = settings["tool"]["hatch"]["build"]["targets"]["wheel"]
+    needed = {*wheel["packages"], *wheel["force-include"], "pyproject.toml"}
+    assert copied == needed | {settings["project"]["readme"], "LICENSE"}
+    assert ["ENTRYPOINT", '["gcodesim"]'] in steps
