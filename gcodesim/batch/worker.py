@@ -12,6 +12,7 @@ import traceback
 from contextlib import chdir
 from dataclasses import replace
 from functools import lru_cache
+from threading import Thread
 from typing import Any, TextIO
 
 from gcodesim import __version__
@@ -30,11 +31,15 @@ from gcodesim.report.json_report import report_dict
 LOADED = 8
 """Machines, each with its setup and tools, that a worker keeps: meshes take memory."""
 
+PARENT_S = 1.0
+"""[s] How often a worker looks whether its parent is still there."""
+
 
 def serve(device: str) -> None:
     """Answer jobs on standard input with records on standard output until it is closed."""
     answers = _take_stdout()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which ends us
+    Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     try:
         load_kernels("search", resolve_device(device))
         # Modules stay for good: the collector, off while they were imported, need not look at them.
@@ -52,6 +57,13 @@ def _take_stdout() -> TextIO:
     answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
     return answers
+
+
+def _end_with(parent: int) -> None:
+    """End in mid-check when the parent was killed: nobody would hear the answer."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_S)
+    os._exit(1)
 
 
 def do(job: Job) -> Record:

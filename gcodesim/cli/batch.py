@@ -85,6 +85,8 @@ def batch(patterns: tuple[str, ...], **given: Any) -> None:
     """Check all programs that PATTERNs name: files, globs and folders."""
     if given["resume"] and not given["out"]:
         raise UsageError("--resume needs --out FILE: the results to go on with")
+    if given["jobs"] and given["scheduler"] not in (None, "local"):
+        raise UsageError("--jobs is for workers of this machine: a scheduler has its own")
     with _workers(given) as check_jobs:
         results = _run(patterns, given, check_jobs)
     _show(results, given["html"], given["no_color"])

@@ -175,6 +175,7 @@ def test_a_job_without_a_record_is_inconclusive() -> None:
     ("args", "said"),
     [
         (["--resume"], "--resume needs --out FILE"),
+        (["--jobs", "2", "--scheduler", "tcp://host:1"], "a scheduler has its own"),
         (["--shard", "3/2"], "expected a part and how many there are"),
         (["--time-limit", "0"], "--time-limit"),
         (["--device", "gpu"], "expected auto, cpu, cuda or cuda:N"),

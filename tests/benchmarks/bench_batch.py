@@ -2,8 +2,8 @@
 
     python tests/benchmarks/bench_batch.py --jobs 2 --json results.json
 
-`outside_checks` is 1 - (time of all checks) / (workers * time of the whole command): starting Python
-and the workers, finding and hashing the programs, passing jobs and records, writing the results.
+`outside_checks` is 1 - (time of all checks) / (workers * time of the whole command): starting
+Python and the workers, finding and hashing the programs, passing jobs and records, writing results.
 `outside_after_start` leaves out what the same command takes for one program per worker: it is the
 share that stays when a batch grows.
 """
