@@ -106,8 +106,6 @@ def study() -> None:
 @click.option("--csv", "csv_path", metavar="FILE", help="Write one row per program.")
 def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
     """Check PROGRAMs with everything and with only what they need, and compare."""
-    from rich.console import Console
-
     from gcodesim.report.leave_out_report import print_leave_out, write_csv
     from gcodesim.study.leave_out import leave_out_study
 
@@ -120,7 +118,7 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
             given["refine"],
             progress,
         ).as_report()
-    print_leave_out(report, Console(highlight=False, soft_wrap=True))
+    print_leave_out(report, _wide_console())
     if given["json_path"]:
         with open(given["json_path"], "w", encoding="utf-8") as out:
             out.write(json.dumps(report, indent=1) + "\n")

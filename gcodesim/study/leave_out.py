@@ -24,6 +24,7 @@ from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count
 from gcodesim.nc.interpreter import interpret
 from gcodesim.nc.reader import read_program
+from gcodesim.study.bench import environment
 from gcodesim.study.clock import time_runs
 from gcodesim.study.refining import refined
 
@@ -90,7 +91,7 @@ class LeaveOutStudy:
 
     def as_report(self) -> dict[str, object]:
         """The study, ready for JSON."""
-        return {"schema": SCHEMA, **asdict(self)}
+        return {"schema": SCHEMA, **environment(), "device": "cpu", **asdict(self)}
 
 
 def leave_out_study(

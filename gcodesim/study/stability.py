@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from math import isfinite
 from typing import Any
 
+from gcodesim.study.bench import environment
 from gcodesim.study.stability_case import Case
 from gcodesim.study.stability_drives import DRIVES
 from gcodesim.study.stability_motion import MOTION
@@ -43,7 +44,7 @@ class StabilityStudy:
         for case in self.cases:
             row = asdict(case) | {"naive_ok": case.naive_ok, "ok": case.ok}
             rows.append({k: v if _is_writable(v) else None for k, v in row.items()})
-        return {"schema": SCHEMA, "ok": self.ok, "cases": rows}
+        return {"schema": SCHEMA, **environment(), "ok": self.ok, "cases": rows}
 
 
 def _is_writable(value: Any) -> bool:

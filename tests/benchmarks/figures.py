@@ -12,6 +12,7 @@ import json
 import re
 import sys
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,8 @@ from gcodesim.cli.options import progress_bar
 from gcodesim.report.study_plot import plot_accuracy
 from gcodesim.report.study_report import write_accuracy_csv, write_triangles_csv
 from gcodesim.study.accuracy import FULL, QUICK, study_accuracy
+from gcodesim.study.leave_out import leave_out_study
+from gcodesim.study.stability import stability_study
 from gcodesim.study.triangle_study import study_triangles
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,7 +45,9 @@ def main() -> int:
         with progress_bar(name, False) as progress:
             report = study(options.quick, progress)
         kept = {
-            key: value for key, value in report.items() if key not in ("rows", "representation")
+            key: value
+            for key, value in report.items()
+            if key not in ("rows", "representation", "cases", "savings", "runs")
         }
         kept["table"] = table(report)
         path = RESULTS / f"study-{name}.json"
@@ -132,9 +137,63 @@ def triangles_table(report: Report) -> list[str]:
     return [*lines, "", *goal_lines(report)]
 
 
+def measure_stability(quick: bool, progress: Callable[[float], None]) -> Report:
+    """The stability study, case by case."""
+    return stability_study(quick, progress).as_report() | {"device": "cpu"}
+
+
+def stability_table(report: Report) -> list[str]:
+    """Per topic: cases, those that keep their tolerance, and those the usual formulation misses."""
+    lines = [
+        "| topic | cases | ours within tolerance | usual formulation misses it |",
+        "|---|---|---|---|",
+    ]
+    for topic in dict.fromkeys(case["topic"] for case in report["cases"]):
+        cases = [case for case in report["cases"] if case["topic"] == topic]
+        usual = [case["naive_ok"] for case in cases if case["usual"]]
+        missed = f"{len(usual) - sum(map(bool, usual))} of {len(usual)}" if usual else "-"
+        lines.append(f"| {topic} | {len(cases)} | {sum(c['ok'] for c in cases)} | {missed} |")
+    return lines
+
+
+def measure_leave_out(quick: bool, progress: Callable[[float], None]) -> Report:
+    """What leaving out saves, on the samples and on random programs, as shipped and finer."""
+    programs = [str(ROOT / "samples" / name) for name in ("part.nc", "five_axis_finish.nc")]
+    count, times = (1, (0,)) if quick else (4, (0, 3))
+    done = [leave_out_study(programs, "table_tilt", count, 1, refine, progress) for refine in times]
+    return done[0].as_report() | {"runs": [asdict(study)["savings"] for study in done]}
+
+
+def leave_out_table(report: Report) -> list[str]:
+    """Per kind of program and fineness of the meshes: what is left out, and the time."""
+    lines = [
+        "| programs | triangles | pairs out | triangles out | tests a look | ms | answer |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for savings in report["runs"]:
+        for kind in dict.fromkeys(row["kind"] for row in savings):
+            rows = [row for row in savings if row["kind"] == kind]
+            total = {
+                key: sum(row[key] for row in rows) for key in rows[0] if key.startswith(SUMMED)
+            }
+            times = (total["seconds_full"] * 1e3 / len(rows), total["seconds"] * 1e3 / len(rows))
+            same = sum(row["agrees"] for row in rows)
+            lines.append(
+                f"| {kind} | {rows[0]['triangles']} | {total['pairs_out'] / total['pairs']:.0%} | "
+                f"{total['triangles_out'] / total['triangles']:.0%} | "
+                f"{total['tests'] / total['items']:.0f} | {times[0]:.0f} -> {times[1]:.0f} | "
+                f"the same {same} of {len(rows)} |"
+            )
+    return lines
+
+
+SUMMED = ("seconds", "pairs", "triangles", "tests", "items")
+
 STUDIES = {
     "accuracy": (measure_accuracy, accuracy_table),
     "triangles": (measure_triangles, triangles_table),
+    "stability": (measure_stability, stability_table),
+    "leave-out": (measure_leave_out, leave_out_table),
 }
 
 if __name__ == "__main__":
