@@ -80,3 +80,10 @@ def test_where_the_program_ends_early_is_said(
     assert (done.exit_code, said in done.stderr) == (code, True), done.stderr
     args.append("--real")
     assert CliRunner().invoke(main, args).exit_code == 2
+
+
+def test_the_end_of_the_clock_is_said(tmp_path: Path) -> None:
+    (tmp_path / "part.nc").write_text("G21 G90 G94\nT1 M6\nG1 X1. F6000.\nG1 X2. F0.000001\nM30\n")
+    args = ["trace", str(tmp_path / "part.nc"), "--machine", "table_tilt"]
+    done = CliRunner().invoke(main, args)
+    assert (done.exit_code, "GC424" in done.stderr) == (3, True), done.stderr

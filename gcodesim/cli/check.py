@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from gcodesim.cli.options import (
-    DIALECT,
     FiniteRange,
+    language_options,
     machine_path_of,
     period,
     progress_bar,
@@ -42,24 +42,7 @@ if TYPE_CHECKING:
 )
 @click.option("--setup", metavar="FILE", help="Setup file: offsets, fixtures, part, stock, tools.")
 @click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
-@click.option(
-    "--dialect",
-    type=DIALECT,
-    help="How the control reads the program. Left out: as the machine file says.",
-)
-@click.option(
-    "--feed",
-    type=FiniteRange(min=0, min_open=True),
-    metavar="MM/MIN",
-    help="Feed until the first F word. Left out: a feed move before any F is an error.",
-)
-@click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
-@click.option(
-    "--max-blocks",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Blocks after which the program counts as endless. Left out: 100 million.",
-)
+@language_options
 @click.option(
     "--rapids",
     type=click.Choice(["linear", "dogleg"]),

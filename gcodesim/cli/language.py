@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.options import DIALECT, FiniteRange, progress_bar, read_text
+from gcodesim.cli.options import language_options, progress_bar, read_text
 from gcodesim.verdict import EXIT_CODES
 
 
@@ -21,20 +21,7 @@ from gcodesim.verdict import EXIT_CODES
     "reference points. Left out: a control with everything at zero.",
 )
 @click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
-@click.option("--dialect", type=DIALECT, help="How the control reads the program.")
-@click.option(
-    "--feed",
-    type=FiniteRange(min=0, min_open=True),
-    metavar="MM/MIN",
-    help="Feed until the first F word.",
-)
-@click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
-@click.option(
-    "--max-blocks",
-    type=click.IntRange(min=1),
-    metavar="N",
-    help="Blocks after which the program counts as endless. Left out: 100 million.",
-)
+@language_options
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
     from gcodesim.findings import FAIL, INCONCLUSIVE

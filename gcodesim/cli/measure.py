@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import sys
-from typing import Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TextIO
 
 import click
 
@@ -12,6 +14,35 @@ from gcodesim.cli.options import progress_bar
 
 WIDTH = 160
 """Columns that the tables of a study take."""
+
+
+class OutFile(click.Path):
+    """A file to write: a folder that is not there is told before the study, not after it."""
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Refuse a file that could not be written."""
+        path = Path(str(super().convert(value, param, ctx)))
+        if not path.absolute().parent.is_dir():
+            self.fail(f"{str(path)!r}: there is no folder {str(path.parent)!r}", param, ctx)
+        return str(path)
+
+
+OUT = OutFile(dir_okay=False, writable=True)
+
+
+def write_figures(
+    report: dict[str, Any],
+    write_rows: Callable[[dict[str, Any], TextIO], None],
+    csv_path: str | None,
+    json_path: str | None = None,
+) -> None:
+    """Write the figures of a measurement as JSON and as rows, where asked for."""
+    if json_path:
+        with open(json_path, "w", encoding="utf-8") as out:
+            out.write(json.dumps(report, indent=1) + "\n")
+    if csv_path:
+        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+            write_rows(report, out)
 
 
 @click.command()
@@ -46,8 +77,8 @@ WIDTH = 160
     metavar="N",
     help="Samples at which the paper's method is timed.",
 )
-@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", metavar="FILE", help="Write all figures as rows.")
+@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write all figures as rows.")
 def bench(program: str, json_path: str | None, csv_path: str | None, **given: Any) -> None:
     """Measure this machine with PROGRAM: the seed paper's tables, every stage, the search."""
     from rich.console import Console
@@ -62,12 +93,7 @@ def bench(program: str, json_path: str | None, csv_path: str | None, **given: An
     with progress_bar(program, False) as progress:
         report = measure(options, progress)
     print_bench(report, Console(highlight=False, soft_wrap=True))
-    if json_path:
-        with open(json_path, "w", encoding="utf-8") as out:
-            out.write(json.dumps(report, indent=1) + "\n")
-    if csv_path:
-        with open(csv_path, "w", encoding="utf-8", newline="") as out:
-            write_csv(report, out)
+    write_figures(report, write_csv, csv_path, json_path)
 
 
 @click.group()
@@ -102,8 +128,8 @@ def study() -> None:
     metavar="N",
     help="Times that every triangle is cut into four: what finer meshes gain.",
 )
-@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", metavar="FILE", help="Write one row per program.")
+@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write one row per program.")
 def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
     """Check PROGRAMs with everything and with only what they need, and compare."""
     from gcodesim.report.leave_out_report import print_leave_out, write_csv
@@ -119,12 +145,7 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
             progress,
         ).as_report()
     print_leave_out(report, _wide_console())
-    if given["json_path"]:
-        with open(given["json_path"], "w", encoding="utf-8") as out:
-            out.write(json.dumps(report, indent=1) + "\n")
-    if given["csv_path"]:
-        with open(given["csv_path"], "w", encoding="utf-8", newline="") as out:
-            write_csv(report, out)
+    write_figures(report, write_csv, given["csv_path"], given["json_path"])
 
 
 @study.command()
@@ -134,9 +155,13 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
     show_default=True,
     help="Few settings and starts in a minute, or all of them with 20 starts each.",
 )
-@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every setting.")
+@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every setting.")
 @click.option(
-    "--plot", "plot_path", metavar="FILE", help="Draw the diagrams as PNG; needs gcodesim[plot]."
+    "--plot",
+    "plot_path",
+    type=OUT,
+    metavar="FILE",
+    help="Draw the diagrams as PNG; needs gcodesim[plot].",
 )
 def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
     """Error of the first contact against run time, on scenes whose contact has a closed form."""
@@ -149,9 +174,7 @@ def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
     with progress_bar("scenes", False) as progress:
         report = study_accuracy(QUICK if quick else FULL, progress)
     print_accuracy(report, _wide_console())
-    if csv_path:
-        with open(csv_path, "w", encoding="utf-8", newline="") as out:
-            write_accuracy_csv(report, out)
+    write_figures(report, write_accuracy_csv, csv_path)
     if plot_path:
         plot_accuracy(report, plot_path)
 
@@ -165,7 +188,9 @@ def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
     metavar="N",
     help="Pairs of triangles of each family.",
 )
-@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every family and test.")
+@click.option(
+    "--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every family and test."
+)
 def triangles(pairs: int, csv_path: str | None) -> None:
     """Misses and false alarms of triangle tests on 13 hard families, against exact answers."""
     from gcodesim.report.study_report import print_triangles, write_triangles_csv
@@ -174,9 +199,7 @@ def triangles(pairs: int, csv_path: str | None) -> None:
     with progress_bar("triangles", False) as progress:
         report = study_triangles(pairs, progress)
     print_triangles(report, _wide_console())
-    if csv_path:
-        with open(csv_path, "w", encoding="utf-8", newline="") as out:
-            write_triangles_csv(report, out)
+    write_figures(report, write_triangles_csv, csv_path)
 
 
 @study.command()
@@ -186,8 +209,8 @@ def triangles(pairs: int, csv_path: str | None) -> None:
     show_default=True,
     help="Few samples, blocks and scenes in some seconds, or all of them in a minute or two.",
 )
-@click.option("--json", "json_path", metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", metavar="FILE", help="Write a row for every case.")
+@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
+@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every case.")
 def stability(quick: bool, json_path: str | None, csv_path: str | None) -> None:
     """Stiff and extreme cases, by the usual formulation and by ours; exit code 1 if one fails."""
     from gcodesim.report.stability_report import print_stability, write_csv
@@ -196,12 +219,7 @@ def stability(quick: bool, json_path: str | None, csv_path: str | None) -> None:
     with progress_bar("cases", False) as progress:
         report = stability_study(quick, progress).as_report()
     print_stability(report, _wide_console())
-    if json_path:
-        with open(json_path, "w", encoding="utf-8") as out:
-            out.write(json.dumps(report, indent=1) + "\n")
-    if csv_path:
-        with open(csv_path, "w", encoding="utf-8", newline="") as out:
-            write_csv(report, out)
+    write_figures(report, write_csv, csv_path, json_path)
     sys.exit(0 if report["ok"] else 1)
 
 

@@ -19,6 +19,32 @@ UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
 DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
 
 
+def language_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """How the control reads a program: --dialect, --feed, --block-delete, --max-blocks."""
+    for option in (
+        click.option(
+            "--max-blocks",
+            type=click.IntRange(min=1),
+            metavar="N",
+            help="Blocks after which the program counts as endless. Left out: 100 million.",
+        ),
+        click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /."),
+        click.option(
+            "--feed",
+            type=FiniteRange(min=0, min_open=True),
+            metavar="MM/MIN",
+            help="Feed until the first F word. Left out: a feed move before any F is an error.",
+        ),
+        click.option(
+            "--dialect",
+            type=DIALECT,
+            help="How the control reads the program. Left out: as the machine file says.",
+        ),
+    ):
+        command = option(command)
+    return command
+
+
 def period(text: str) -> int:
     """A time with its unit, `0.1ms`, `100us` or `1e-4s`, as a count of picoseconds."""
     match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)

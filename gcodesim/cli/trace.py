@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.options import DIALECT, FiniteRange, machine_path_of, period, read_text
+from gcodesim.cli.options import language_options, machine_path_of, period, read_text
 from gcodesim.errors import UsageError
 from gcodesim.verdict import EXIT_CODES
 
@@ -22,14 +22,7 @@ from gcodesim.verdict import EXIT_CODES
 )
 @click.option("--setup", metavar="FILE", help="Setup file: offsets, start, tools.")
 @click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
-@click.option("--dialect", type=DIALECT, help="How the control reads the program.")
-@click.option(
-    "--feed",
-    type=FiniteRange(min=0, min_open=True),
-    metavar="MM/MIN",
-    help="Feed until the first F word.",
-)
-@click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /.")
+@language_options
 @click.option(
     "--every",
     type=period,
@@ -59,17 +52,18 @@ def trace(program: str, machine_path: str | None, **given: Any) -> None:
     )
     if given["real"] and not any(joint.servo for joint in machine.joints):
         raise UsageError(f"--real: no joint of {machine.name} has a `servo`")
-    choices = (given["dialect"], given["feed"], given["block_delete"], MAX_BLOCKS)
+    most = given["max_blocks"] or MAX_BLOCKS
+    choices = (given["dialect"], given["feed"], given["block_delete"], most)
     name, text = read_text(program)
     meaning = interpret(text, control_for(machine, *choices), name)
-    path, _ = plan(meaning.program, machine)
+    path, planned = plan(meaning.program, machine)
     made = Trace(path, machine, given["every"], given["real"])
     if given["npz"]:
         write_npz(made, given["npz"])
     else:
         write_csv(made, sys.stdout)
-    # What follows the first block that could not be followed is not in the trace.
-    for finding in meaning.findings:
+    # What follows a block that could not be followed, or the end of the clock, is not in the trace.
+    for finding in (*meaning.findings, *planned):
         if finding.effect in (FAIL, INCONCLUSIVE):
             click.echo(f"{name}:{finding.line}: {finding.code} {finding.message}", err=True)
             sys.exit(EXIT_CODES[finding.effect])

@@ -120,7 +120,7 @@ def detect(task: Task) -> Detection:
             continue
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
-        place = Place(task.machine, task.path, scene, span, task.period_ps)
+        place = Place(task.machine, task.path, scene, span, task.period_ps, travels)
         step = largest_step(scene, travels, task.path, _pieces(task.path, span), task.period_ps)
         if step:
             detection.steps.append((scene.pairs[step.pair], step))
@@ -138,9 +138,9 @@ def detect(task: Task) -> Detection:
     return detection
 
 
-def _pieces(path: Path, span: Span) -> range:
+def _pieces(path: Path, span: Span) -> slice:
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
-    return range(first, end)
+    return slice(first, end)
 
 
 def _order(contact: Contact) -> tuple[int, bool]:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 from typing import Any
 
+import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from gcodesim.errors import UsageError
 
@@ -30,6 +32,11 @@ _start_quietly()
 BIT_EQUAL: dict[str, Any] = {"fuse_fp": False, "fast_math": False, "enable_backward": False}
 """Module options of every kernel file: without contraction of a*b+c the CPU and CUDA round alike,
 so both give the same poses and verdicts bit for bit."""
+
+
+def lent(data: NDArray[Any], dtype: Any, device: str) -> Any:
+    """An array on the device; on the CPU the memory of `data` itself, for nothing."""
+    return wp.array(np.ascontiguousarray(data), dtype=dtype, device=device, copy=False)
 
 
 def resolve_device(name: str) -> str:

@@ -14,7 +14,7 @@ from gcodesim.collision.near import Approach
 from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.scene import Scene
 from gcodesim.machine.kinematics import transform, world_from_link
-from gcodesim.machine.model import Machine, Pair
+from gcodesim.machine.model import Joint, Machine, Pair
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Instants, Span, sample_of
 
@@ -48,13 +48,17 @@ class Contact:
 
 @dataclass(frozen=True)
 class Place:
-    """Where events happen: a machine on its path, one scene, one span."""
+    """Where events happen: a machine on its path, one scene, one span.
+
+    `travels` are the joints with the travel of the program as their limits.
+    """
 
     machine: Machine
     path: Path
     scene: Scene
     span: Span
     period_ps: int
+    travels: tuple[Joint, ...]
 
     def touch(self, sample: int, pair: int, found: TouchingTriangles) -> Contact:
         """The contact of two surfaces at a sample."""

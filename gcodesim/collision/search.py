@@ -14,7 +14,6 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 import warp as wp
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.bounds import dyadic_motion
 from gcodesim.collision.chords import MotionArrays, pose_knots
+from gcodesim.collision.device import lent
 from gcodesim.collision.exhaustive import NO_CONTACT
 from gcodesim.collision.forest import Forest
 from gcodesim.collision.poses import PathArrays, Pose
@@ -246,9 +246,9 @@ class Searcher:
         count = ((end - first + (1 << level) - 1) >> level) << level
         arrays = MotionArrays()
         arrays.first, arrays.end = first, end
-        arrays.level_first = _lent(tables.level_first, wp.int32, device)
-        arrays.moved = _lent(tables.moved, wp.float64, device)
-        arrays.deviation = _lent(tables.deviation, wp.float64, device)
+        arrays.level_first = lent(tables.level_first, wp.int32, device)
+        arrays.moved = lent(tables.moved, wp.float64, device)
+        arrays.deviation = lent(tables.deviation, wp.float64, device)
         arrays.row = self.forest.row
         sides = len(self.forest.distinct.first) - 1
         arrays.knot = wp.zeros((sides, count + 1), dtype=Pose, device=device)
@@ -274,23 +274,23 @@ class Searcher:
         chains = Chains()
         chains.pairs, chains.sides = self.scene.chains, self.forest.sides
         arrays = RootArrays()
-        arrays.piece = _lent(roots.piece, wp.int32, device)
-        arrays.level = _lent(roots.level, wp.int32, device)
-        arrays.start_ps = _lent(roots.start_ps, wp.int64, device)
-        arrays.end_ps = _lent(roots.end_ps, wp.int64, device)
+        arrays.piece = lent(roots.piece, wp.int32, device)
+        arrays.level = lent(roots.level, wp.int32, device)
+        arrays.start_ps = lent(roots.start_ps, wp.int64, device)
+        arrays.end_ps = lent(roots.end_ps, wp.int64, device)
         arrays.period_ps = self.settings.period_ps
         free = np.array(self.settings.free_mm) + SLACK_MM
-        arrays.free_mm = _lent(free, wp.float64, device)
+        arrays.free_mm = lent(free, wp.float64, device)
         arrays.touching_mm = SLACK_MM
         arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode
         arrays.first_pair = pair or 0
         arrays.per_root = int(pair is not None)
-        near = _lent(np.full(len(distance), NO_CONTACT), wp.int64, device)
-        distances = _lent(distance.copy(), wp.float64, device)
+        near = lent(np.full(len(distance), NO_CONTACT), wp.int64, device)
+        distances = lent(distance.copy(), wp.float64, device)
         start = np.zeros(RESULT_SIZE, np.int64)
         start[0] = best
-        result = _lent(start, wp.int64, device)
+        result = lent(start, wp.int64, device)
         wp.launch(
             search_roots,
             dim=(len(roots.piece), 1 if pair is not None else len(self.scene.pairs)),
@@ -299,8 +299,3 @@ class Searcher:
             device=device,
         )
         return Outcome(near.numpy(), distances.numpy(), *result.numpy().tolist())
-
-
-def _lent(data: NDArray[Any], dtype: Any, device: str) -> Any:
-    """An array on the device; on the CPU the memory of `data` itself, for nothing."""
-    return wp.array(np.ascontiguousarray(data), dtype=dtype, device=device, copy=False)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.bounds import travelled
 from gcodesim.collision.clearance import LEFT_OUT, Nearness, nearest_of_all, too_near
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.departure import departures
@@ -27,7 +26,7 @@ from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
-from gcodesim.machine.model import Joint, Pair
+from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.samples import Instants, sample_count, sample_of, window
 
@@ -87,8 +86,7 @@ def search_span(
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
     findings = SpanFindings()
-    travels = travelled(place.machine.joints, place.path)
-    place, free, departing = _leave_out(place, aims, travels, findings)
+    place, free, departing = _leave_out(place, aims, findings)
     span, path = place.span, place.path
     begin = Instants(
         np.array([span.start_ps]),
@@ -101,7 +99,7 @@ def search_span(
         contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
         if not aims.stop_all:
             return contact, findings
-    searcher = _searcher(place, arrays, aims, travels, free)
+    searcher = _searcher(place, arrays, aims, free)
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
     if contact is None:
         contact = _first_contact(place, searcher, (first, end), work, findings, progress)
@@ -120,13 +118,13 @@ def search_span(
 
 
 def _leave_out(
-    place: Place, aims: Aims, travels: tuple[Joint, ...], findings: SpanFindings
+    place: Place, aims: Aims, findings: SpanFindings
 ) -> tuple[Place, tuple[float, ...], tuple[float, ...]]:
     """The place without what cannot matter, and per pair two distances [mm].
 
     The first is what a proof must leave, the second how far the pair may be off its path.
     """
-    scene = place.scene
+    scene, travels = place.scene, place.travels
     tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
     departing = departures(scene, travels, aims.off_path)
@@ -149,18 +147,12 @@ def _leave_out(
     return replace(place, scene=scene), tuple(free), departing
 
 
-def _searcher(
-    place: Place,
-    arrays: PathArrays,
-    aims: Aims,
-    travels: tuple[Joint, ...],
-    free: tuple[float, ...],
-) -> Searcher:
+def _searcher(place: Place, arrays: PathArrays, aims: Aims, free: tuple[float, ...]) -> Searcher:
     mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
     threads = aims.threads or os.cpu_count() or 1
     settings = Settings(place.period_ps, mode, free, threads)
-    forest = build_forest(place.scene, travels)
-    return Searcher(place.scene, forest, place.path, arrays, travels, settings)
+    forest = build_forest(place.scene, place.travels)
+    return Searcher(place.scene, forest, place.path, arrays, place.travels, settings)
 
 
 def _first_contact(

@@ -8,12 +8,12 @@ Splits minimise the surface-area cost (Goldsmith and Salmon 1987) over all three
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from gcodesim.collision.device import lent
 from gcodesim.collision.tree_kernel import MOST_VERTICES, NodeArrays, Working, build_nodes
 
 Floats = NDArray[np.float64]
@@ -90,17 +90,12 @@ def _working(triangles: Floats, most: int) -> Working:
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     order = np.argsort((low + high).T, axis=1, kind="stable").astype(np.int32)
     work = Working()
-    work.triangles = _lent(triangles, wp.mat33d)
-    work.low, work.high = _lent(low, wp.vec3d), _lent(high, wp.vec3d)
-    work.order = _lent(order, wp.int32)
+    work.triangles = lent(triangles, wp.mat33d, "cpu")
+    work.low, work.high = lent(low, wp.vec3d, "cpu"), lent(high, wp.vec3d, "cpu")
+    work.order = lent(order, wp.int32, "cpu")
     work.first, work.count = (wp.empty(most, dtype=wp.int32, device="cpu") for _ in range(2))
     work.second, work.put_by = (
         wp.empty(len(triangles), dtype=wp.int32, device="cpu") for _ in range(2)
     )
     work.area = wp.empty(len(triangles), dtype=wp.float64, device="cpu")
     return work
-
-
-def _lent(data: NDArray[Any], dtype: Any) -> Any:
-    """The memory of an array, for kernels on the CPU."""
-    return wp.array(np.ascontiguousarray(data), dtype=dtype, device="cpu", copy=False)

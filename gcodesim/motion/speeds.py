@@ -12,12 +12,12 @@ from gcodesim.motion.path import Path
 Floats = NDArray[np.float64]
 
 
-def piece_speeds(path: Path) -> Floats:
-    """Bound of the speed of every joint on every piece, shape (n, joints) [mm/s or deg/s]."""
-    rate = largest_slope(path.law) * PS_PER_S / np.diff(path.bounds_ps)
-    way = np.abs(path.q1 - path.q0)
-    on_arc = np.flatnonzero(path.arc >= 0)
-    moved = steepest_rises(path.arcs[path.arc[on_arc]])
+def piece_speeds(path: Path, pieces: slice = slice(None)) -> Floats:
+    """Bound of the speed of every joint on some pieces, shape (n, joints) [mm/s or deg/s]."""
+    rate = largest_slope(path.law[pieces]) * PS_PER_S / np.diff(path.bounds_ps)[pieces]
+    way, arc = np.abs(path.q1[pieces] - path.q0[pieces]), path.arc[pieces]
+    on_arc = np.flatnonzero(arc >= 0)
+    moved = steepest_rises(path.arcs[arc[on_arc]])
     for axis, column in enumerate(path.xyz):
         if column >= 0:
             way[on_arc, column] = moved[:, axis]

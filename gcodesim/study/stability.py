@@ -44,7 +44,7 @@ class StabilityStudy:
         for case in self.cases:
             row = asdict(case) | {"naive_ok": case.naive_ok, "ok": case.ok}
             rows.append({k: v if _is_writable(v) else None for k, v in row.items()})
-        return {"schema": SCHEMA, **environment(), "ok": self.ok, "cases": rows}
+        return {"schema": SCHEMA, **environment(), "device": "cpu", "ok": self.ok, "cases": rows}
 
 
 def _is_writable(value: Any) -> bool:

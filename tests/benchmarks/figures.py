@@ -139,7 +139,7 @@ def triangles_table(report: Report) -> list[str]:
 
 def measure_stability(quick: bool, progress: Callable[[float], None]) -> Report:
     """The stability study, case by case."""
-    return stability_study(quick, progress).as_report() | {"device": "cpu"}
+    return stability_study(quick, progress).as_report()
 
 
 def stability_table(report: Report) -> list[str]:

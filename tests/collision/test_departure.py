@@ -52,7 +52,7 @@ def test_no_vertex_steps_farther_from_sample_to_sample(seed: int) -> None:
     rng = np.random.default_rng([12, seed])
     case = random_chords(rng)
     m, scene, path = case.machine, case.scene, case.path
-    step = largest_step(scene, travelled(m.joints, path), path, range(len(path)), PERIOD_PS)
+    step = largest_step(scene, travelled(m.joints, path), path, slice(None), PERIOD_PS)
     assert step is not None
     piece = rng.integers(0, len(path), INSTANTS)
     starts = path.bounds_ps[piece] + 1

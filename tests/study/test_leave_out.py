@@ -42,3 +42,12 @@ def test_nothing_to_check_is_an_error() -> None:
     done = CliRunner().invoke(main, ["study", "leave-out", "--generated", "0"])
     assert done.exit_code == 2
     assert "nothing to check" in done.stderr
+
+
+def test_a_file_that_could_not_be_written_is_told_before_the_study(tmp_path: Path) -> None:
+    for option in ("--json", "--csv"):
+        args = ["study", "leave-out", option, str(tmp_path / "none" / "out")]
+        done = CliRunner().invoke(main, args)
+        assert done.exit_code == 2
+        assert "there is no folder" in done.stderr
+        assert done.stdout == ""
