@@ -119,10 +119,7 @@ def _kinematics(machine: Machine, source: YamlFile) -> Iterator[Finding]:
 def _refusal(centre: ToolCentre | None) -> str:
     if centre is None:
         return "no rotary axis stands between the work and the tool"
-    if centre.refusal:
-        return centre.refusal
-    between = [step.joint.name for step in centre.chain[centre.slides] if step.joint.rotary]
-    return f"{' and '.join(between)} stands between the linear axes" if between else ""
+    return centre.refusal
 
 
 def _missing(machine: Machine, source: YamlFile) -> Iterator[Finding]:

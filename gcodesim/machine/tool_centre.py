@@ -85,8 +85,7 @@ class ToolCentre:
             OrientationError: the slides stand in one plane there.
         """
         self._require()
-        axes = np.zeros((len(np.atleast_2d(rotary)), 6))
-        axes[:, 3:] = rotary
+        axes = self._turned_only(rotary)
         target = self._to_world(np.atleast_2d(np.asarray(tips, np.float64)))
         for step in self.chain[: self.slides.start]:
             target = step.moved(target, -axes[:, step.column])
@@ -97,22 +96,44 @@ class ToolCentre:
     def axis_directions(self, vectors: ArrayLike, rotary: ArrayLike) -> Array:
         """How X Y Z move (n, 3) while the tip moves by `vectors` (n, 3) in the part."""
         self._require()
-        axes = np.zeros((len(np.atleast_2d(rotary)), 6))
-        axes[:, 3:] = rotary
+        axes = self._turned_only(rotary)
         target = np.atleast_2d(np.asarray(vectors, np.float64)) @ self.frame.T
         for step in self.chain[: self.slides.start]:
             target = turned(target, step.axis, -axes[:, step.column])
         return self._slid(target, axes)
 
+    @property
+    def between(self) -> tuple[Step, ...]:
+        """The rotary joints between the slides: those turn the directions of other slides."""
+        return tuple(step for step in self.chain[self.slides] if step.joint.rotary)
+
+    @property
+    def tilted(self) -> list[int]:
+        """Columns of the slides whose directions those joints turn."""
+        steps = self.chain[self.slides]
+        first = next((i for i, step in enumerate(steps) if step.joint.rotary), len(steps))
+        return [step.column for step in steps[first:] if not step.joint.rotary]
+
+    def volumes(self, rotary: ArrayLike) -> Array:
+        """Volume, 0 to 1, that the directions of the slides span at A B C (n, 3), shape (n,)."""
+        self._require()
+        axes = self._turned_only(rotary)
+        a, b, c = self._slide_directions(axes)
+        return np.broadcast_to(np.abs(np.sum(a * np.cross(b, c), axis=1)), (len(axes),))
+
     def _slid(self, way: Array, axes: Array) -> Array:
         """Positions X Y Z (n, 3) that move by `way` (n, 3), seen from the first slide."""
+        return _solve(self._slide_directions(axes), way)
+
+    def _slide_directions(self, axes: Array) -> list[Array]:
+        """Directions of X, Y and Z seen from the first slide, each (n, 3) or (1, 3)."""
         columns = [np.zeros((1, 3))] * 3
         for step in reversed(self.chain[self.slides]):
             if step.joint.rotary:
                 columns = [turned(c, step.axis, axes[:, step.column]) for c in columns]
             else:
                 columns[step.column] = step.axis[None, :]
-        return _solve(columns, way)
+        return columns
 
     def directions(self, rotary: ArrayLike) -> Array:
         """Tool axis seen from the part, (n, 3), from the tip towards the spindle."""
@@ -166,6 +187,12 @@ class ToolCentre:
     def _orientation(self) -> RotaryAxes:
         self._require()
         return self.rotary
+
+    @staticmethod
+    def _turned_only(rotary: ArrayLike) -> Array:
+        """Axes (n, 6) with the slides at zero."""
+        turns = np.atleast_2d(np.asarray(rotary, np.float64))
+        return np.concatenate([np.zeros_like(turns), turns], axis=1)
 
     def _tool_points(self, offset: ArrayLike) -> Array:
         return self.gauge - np.atleast_2d(np.asarray(offset, np.float64)) @ self.frame.T

@@ -37,7 +37,7 @@ from gcodesim.constants import TCP_DEVIATION_MM
 from gcodesim.machine.model import Machine
 from gcodesim.machine.orientation import POLE
 from gcodesim.machine.tool_centre import ToolCentre
-from gcodesim.motion.tool_path import Array, Cut, TipMoves, curvature, cut_evenly
+from gcodesim.motion.tool_path import Array, Cut, Stretch, TipMoves, curvature, cut_evenly
 
 POLE_STEP = 1.0e-7
 """A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
@@ -309,7 +309,14 @@ def _bend(
     columns = [step.column - 3 for step in circles.centre.chain if step.joint.rotary]
     rates[:, columns] = np.stack([w1, w2], axis=1)[known]
     bends[:, columns] = np.stack([b1, b2], axis=1)[known]
-    found[known] = curvature(circles.tips.taken(move[known]), circles.centre, rates, bends)
+    stretch = None
+    if circles.centre.between:
+        positions = circles.tips.at(move[known], (start + 0.5 * length)[known])
+        joints = [step.column for step in circles.centre.chain if step.joint.rotary]
+        positions[:, joints] = circles.joints(move[known], (start + 0.5 * length)[known])
+        stretch = Stretch(positions, 0.5 * length[known])
+    tips = circles.tips.taken(move[known])
+    found[known] = curvature(tips, circles.centre, rates, bends, stretch)
     found[known] += bends[:, columns] @ reach
     return found
 

@@ -143,8 +143,8 @@ def tool_moves(program: CanonicalProgram, machine: Machine, under: NDArray[np.in
         OrientationError: the machine cannot follow such moves.
     """
     centre = tool_centre(machine)
-    if centre is None or any(step.joint.rotary for step in centre.chain[centre.slides]):
-        message = "tool centre point control needs X, Y and Z without a rotary axis between them"
+    if centre is None:
+        message = "tool centre point control needs a rotary axis between the work and the tool"
         raise OrientationError("kinematics_unsolved", message)
     offset = _tool_offsets(program)
     to, kind = program.to.copy(), program.kind.copy()

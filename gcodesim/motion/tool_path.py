@@ -27,6 +27,20 @@ and added. The distance of x to an axis is convex in x: on a straight line it is
 on an arc not larger than at the ends of the centre's way plus the radius. Behind the first joint
 the distance to the second is at most that to a point c of the first axis, which the turn keeps,
 plus the distance from c to the second axis. QED
+
+Rotary joints between the slides turn k = 1 or 2 columns of J. With W the sum of their rates, B that
+of their bends, v the least |det J| of a stretch of half length g, and t the turned slides in its
+middle, the theorem holds with c R replaced there by sqrt(3) L, L the largest |l''|:
+
+    |l'| <= e = u (|r'| + a |t|) / (1 - a u g),   L = u (|r''| + 2 a e + a'' (|t| + e g)),
+    a = sqrt(k) W,   a'' = sqrt(k) (W^2 + B),   1/u = 2 cos((pi + arccos v) / 3).
+
+Proof. J l = r gives J l' = r' - J'l and J l'' = r'' - 2J'l' - J''l. Turned unit vectors have
+|c'| <= W and |c''| <= W^2 + B by the lemma above with rho <= 1, so |J'l| <= a |turned slides|. The
+singular values p >= q >= s of J have p^2 + q^2 + s^2 = 3, so v <= pqs <= s (3 - s^2) / 2, which
+rises with s up to 1: s >= 1/u, where both are equal, and |J^-1| <= u. The turned slides differ by
+at most e g from t. Each joint changes det J, a triple product of unit vectors, at most at its own
+rate: v >= |det J| in the middle - W g. QED
 """
 
 from __future__ import annotations
@@ -52,6 +66,13 @@ MAX_PIECES = 20_000_000
 
 RIGHT_ANGLE = 1.0e-12
 """Slides whose directions have cosines below this stand at right angles."""
+
+STRETCHES = 16
+"""Parts of a move that are bounded apart where a joint turns slides: finer ones bound closer."""
+
+LEAST_VOLUME = 1.0e-3
+"""Slides that may span less somewhere in a stretch have no bound there: they all but lie in one
+plane, and would have to run a thousand times as far as the tip."""
 
 
 @dataclass(frozen=True)
@@ -152,7 +173,14 @@ def _linear_curvature(tips: TipMoves, centre: ToolCentre) -> Array:
     """The bound c R of moves whose rotary joints run linearly, shape (n,); 0 where one is exact."""
     exact = ~tips.turns(centre) & ((tips.arc < 0) | at_right_angles(centre))
     rates = np.abs(np.radians(tips.end[:, 3:] - tips.start[:, 3:]))
-    return np.where(exact, 0.0, curvature(tips, centre, rates, np.zeros_like(rates)))
+    if not centre.between:
+        return np.where(exact, 0.0, curvature(tips, centre, rates, np.zeros_like(rates)))
+    move = np.repeat(np.arange(len(exact)), STRETCHES)
+    s = np.tile((np.arange(STRETCHES) + 0.5) / STRETCHES, len(exact))
+    stretches, rates = tips.taken(move), rates[move]
+    stretch = Stretch(tips.at(move, s), np.full(len(move), 0.5 / STRETCHES))
+    bound = curvature(stretches, centre, rates, np.zeros_like(rates), stretch)
+    return np.where(exact, 0.0, bound.reshape(-1, STRETCHES).max(axis=1, initial=0.0))
 
 
 def solved_axes(centre: ToolCentre, points: Array, offset: Array) -> Array:
@@ -164,7 +192,21 @@ def solved_axes(centre: ToolCentre, points: Array, offset: Array) -> Array:
     return axes
 
 
-def curvature(tips: TipMoves, centre: ToolCentre, rates: Array, bends: Array) -> Array:
+@dataclass(frozen=True)
+class Stretch:
+    """Stretches of n moves: tip and A B C in the middle, shape (n, 6), and half the length in s."""
+
+    middle: Array
+    half: Array
+
+
+def curvature(
+    tips: TipMoves,
+    centre: ToolCentre,
+    rates: Array,
+    bends: Array,
+    stretch: Stretch | None = None,
+) -> Array:
     """The bound c R of the theorem for every move, shape (n,) [mm].
 
     Args:
@@ -172,8 +214,9 @@ def curvature(tips: TipMoves, centre: ToolCentre, rates: Array, bends: Array) ->
         centre: the kinematics.
         rates: bounds on |dA/ds|, |dB/ds|, |dC/ds| [rad], shape (n, 3).
         bends: the same for the second derivatives, which add rho w' each, shape (n, 3).
+        stretch: the part of every move that it is for, where joints stand between the slides.
     """
-    stretch = float(np.linalg.norm(centre.frame, 2))
+    scale = float(np.linalg.norm(centre.frame, 2))
     ends = [tips.start[:, :3], tips.end[:, :3]]
     speed = np.linalg.norm(ends[1] - ends[0], axis=1)
     bend, radius = np.zeros(len(speed)), np.zeros(len(speed))
@@ -189,16 +232,53 @@ def curvature(tips: TipMoves, centre: ToolCentre, rates: Array, bends: Array) ->
         bend[on_arc], radius[on_arc] = r * sweep**2 + 2.0 * grown * sweep, r
     point = Bounded(
         [end @ centre.frame.T + centre.gauge for end in ends],
-        radius * stretch,
-        speed * stretch,
-        bend * stretch,
+        radius * scale,
+        speed * scale,
+        bend * scale,
     )
     still = np.zeros(len(speed))
     held = Bounded([centre.gauge - tips.offset @ centre.frame.T], still, still, still)
-    outwards = tuple(reversed(centre.chain[centre.slides.stop :]))
-    total = _turned_bend(centre.chain[: centre.slides.start], point, rates, bends)
-    total = total + _turned_bend(outwards, held, rates, bends)
-    return np.asarray(slide_factor(centre) * total)
+    outwards = (*reversed(centre.chain[centre.slides.stop :]), *reversed(centre.between))
+    of_work = _turned_bend(centre.chain[: centre.slides.start], point, rates, bends)
+    of_tool = _turned_bend(outwards, held, rates, bends)
+    first, second = of_work[0] + of_tool[0], of_work[1] + of_tool[1]
+    if stretch is None:
+        return np.asarray(slide_factor(centre) * second)
+    return _tilted_bend(tips, centre, (first, second), (rates, bends), stretch)
+
+
+def _tilted_bend(
+    tips: TipMoves,
+    centre: ToolCentre,
+    of_tip: tuple[Array, Array],
+    of_joints: tuple[Array, Array],
+    stretch: Stretch,
+) -> Array:
+    """The bound sqrt(3) L where joints stand between the slides, shape (n,); inf without one.
+
+    Args:
+        tips: the moves.
+        centre: the kinematics.
+        of_tip: bounds on |r'| and |r''|, shape (n,) each.
+        of_joints: rates and bends of A B C, shape (n, 3) each.
+        stretch: the part of every move that it is for.
+    """
+    columns = [step.column - 3 for step in centre.between]
+    rate, bend = (values[:, columns].sum(axis=1) for values in of_joints)
+    volume = centre.volumes(stretch.middle[:, 3:]) - rate * stretch.half
+    found = np.full(len(volume), np.inf)
+    k = np.flatnonzero(volume > LEAST_VOLUME)
+    axes = solved_axes(centre, stretch.middle[k], tips.offset[k])
+    slides = np.linalg.norm(axes[:, centre.tilted], axis=1)
+    (first, second), half, rate = (values[k] for values in of_tip), stretch.half[k], rate[k]
+    inverse = 0.5 / np.cos((np.pi + np.arccos(np.minimum(volume[k], 1.0))) / 3.0)
+    root = float(np.sqrt(len(centre.tilted)))
+    a, a2 = root * rate, root * (rate * rate + bend[k])
+    left = 1.0 - a * inverse * half
+    with np.errstate(divide="ignore"):
+        speed = np.where(left > 0.0, inverse * (first + a * slides) / np.maximum(left, 0.0), np.inf)
+    found[k] = inverse * (second + 2.0 * a * speed + a2 * (slides + speed * half))
+    return np.asarray(np.sqrt(3.0) * found)
 
 
 def slide_factor(centre: ToolCentre) -> float:
@@ -210,7 +290,8 @@ def slide_factor(centre: ToolCentre) -> float:
 
 def at_right_angles(centre: ToolCentre) -> bool:
     """Whether the slides are orthogonal, so that lengths in the joints are lengths in space."""
-    return bool(np.abs(centre.frame.T @ centre.frame - np.eye(3)).max() < RIGHT_ANGLE)
+    cosines = centre.frame.T @ centre.frame - np.eye(3)
+    return not centre.between and bool(np.abs(cosines).max() < RIGHT_ANGLE)
 
 
 @dataclass(frozen=True)
@@ -226,8 +307,10 @@ class Bounded:
     second: Array
 
 
-def _turned_bend(steps: Sequence[Step], point: Bounded, rates: Array, bends: Array) -> Array:
-    """Bound on the second derivative of a point behind rotary joints, the innermost first."""
+def _turned_bend(
+    steps: Sequence[Step], point: Bounded, rates: Array, bends: Array
+) -> tuple[Array, Array]:
+    """Bounds on two derivatives of a point behind rotary joints, the innermost first."""
     first, second = point.first, point.second
     for number, step in enumerate(steps):
         if number == 0:
@@ -239,7 +322,7 @@ def _turned_bend(steps: Sequence[Step], point: Bounded, rates: Array, bends: Arr
         rate, bend = rates[:, step.column - 3], bends[:, step.column - 3]
         second = second + 2.0 * rate * first + reach * (rate * rate + bend)
         first = first + reach * rate
-    return second
+    return first, second
 
 
 def _largest(values: Iterable[Array]) -> Array:

@@ -73,5 +73,21 @@ TYPES = {
     "A table alone": ("XA", "YZ", {**HEAD_SLIDES, "X": (-1, 0, 0), "A": (-1, 0, 0)}),
     "slide on the table": ("AX", "YZ", {**HEAD_SLIDES, "X": (-1, 0, 0), "A": (-1, 0, 0)}),
     "quill in the head": ("", "XYBZ", {**HEAD_SLIDES, "B": (0, 1, 0)}),
+    "quill in the head, C table": ("YC", "XBZ", {**HEAD_SLIDES, "Y": (0, -1, 0), "B": (0, 1, 0),
+                                                 "C": (0, 0, -1)}),
+    "both between the slides": ("", "XAYBZ", {**HEAD_SLIDES, "A": (1, 0, 0), "B": (0, 1, 0)}),
 }  # fmt: skip
 """Type -> branches of the work and the tool, and the directions of the joints."""
+
+
+def random_machine(rng: np.random.Generator) -> Machine:
+    """Three slides and one or two rotary joints in any order on any branch, oblique axes."""
+    while True:
+        letters = rng.permutation(list("XYZ" + rng.choice(["AC", "AB", "BC", "A", "C"])))
+        cut = rng.integers(0, len(letters) + 1)
+        axes = {letter: rng.normal(size=3) for letter in letters}
+        points = {letter: rng.uniform(-300, 300, 3) for letter in letters}
+        m = machine("".join(letters[:cut]), "".join(letters[cut:]), axes, points)
+        centre = tool_centre(m)
+        if centre and not centre.refusal and abs(np.linalg.det(centre.frame)) > 0.1:
+            return m

@@ -15,13 +15,13 @@ from machine.five_axis import (
     TABLE_SLIDES,
     TYPES,
     machine,
+    random_machine,
     solved,
 )
 from numpy.typing import ArrayLike, NDArray
 
 from gcodesim.errors import OrientationError
 from gcodesim.machine.kinematics import sincosd, transform, world_from_link
-from gcodesim.machine.model import Machine
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 
 Array = NDArray[np.float64]
@@ -111,8 +111,9 @@ def random_poses(rng: np.random.Generator, centre: ToolCentre, count: int) -> tu
 def test_round_trips_of_random_poses(kind: str, rng: np.random.Generator) -> None:
     centre = solved(machine(*TYPES[kind], POINTS))
     axes, offset = random_poses(rng, centre, POSES)
-    if kind == "quill in the head":
-        axes[:, 4] /= 2.0  # the quill lies along X at B90
+    axes = axes[centre.volumes(axes[:, 3:]) > 0.05]  # the quill lies along X at B90
+    offset = offset[: len(axes)]
+    assert len(axes) > 0.8 * POSES
     tips = centre.tips(axes, offset)
     back = centre.axes_at(tips, axes[:, 3:], offset)
     np.testing.assert_array_equal(back[:, 3:], axes[:, 3:])
@@ -136,19 +137,6 @@ def test_round_trips_of_random_directions(kind: str, rng: np.random.Generator) -
     conditioned = solver.pole_angles(directions) > 1e-4
     assert conditioned.mean() > 0.999
     assert np.radians(nearest[conditioned]).max() < 1e-11
-
-
-def random_machine(rng: np.random.Generator) -> Machine:
-    """Three slides and one or two rotary joints in any order on any branch, oblique axes."""
-    while True:
-        letters = rng.permutation(list("XYZ" + rng.choice(["AC", "AB", "BC", "A", "C"])))
-        cut = rng.integers(0, len(letters) + 1)
-        axes = {letter: rng.normal(size=3) for letter in letters}
-        points = {letter: rng.uniform(-300, 300, 3) for letter in letters}
-        m = machine("".join(letters[:cut]), "".join(letters[cut:]), axes, points)
-        centre = tool_centre(m)
-        if centre and not centre.refusal and abs(np.linalg.det(centre.frame)) > 0.1:
-            return m
 
 
 def test_random_machines_go_there_and_back(rng: np.random.Generator) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from machine.five_axis import GAUGE, POINTS, TYPES, machine, solved
+from machine.five_axis import GAUGE, POINTS, TYPES, machine, random_machine, solved
 from motion.programs import program
 from numpy.typing import NDArray
 
@@ -27,6 +27,7 @@ RAPID, FEED, ARC, OFFSET = Kind.RAPID, Kind.FEED, Kind.ARC, Kind.TOOL_OFFSET
 WORK, MACHINE = Frame.WORK, Frame.MACHINE
 LENGTH = {"kind": OFFSET, "to": (1.5, -2.0, 140.0)}
 AC, CB = "AC table, ISO", "CB head"
+SINGLE = ("A table alone", "slide on the table", "quill in the head")
 
 
 def of_type(kind: str, linear: float = 500.0, rotary: float = 100.0) -> Machine:
@@ -92,19 +93,17 @@ def assert_follows(m: Machine, path: Path, p: CanonicalProgram, line: int) -> fl
     return float(off.max())
 
 
-SOLVABLE = [kind for kind in TYPES if kind not in ("slide on the table", "quill in the head")]
-
-
-@pytest.mark.parametrize("kind", SOLVABLE)
+@pytest.mark.parametrize("kind", TYPES)
 def test_the_tip_stays_in_the_part_while_the_rotary_joints_move(kind: str) -> None:
     m = of_type(kind)
     path, _, p = planned(m, tip(10, 20, 30, -70, 50, 200))
     found = assert_follows(m, path, p, 3)
-    assert found > 0.2 * path.deviation_mm  # the bound is no more than five times too careful
+    # The bound is no more than five times too careful, but where a joint turns slides.
+    assert found > (0.01 if solved(m).between else 0.2) * path.deviation_mm
     assert len(path) > 50
 
 
-@pytest.mark.parametrize("kind", SOLVABLE)
+@pytest.mark.parametrize("kind", TYPES)
 def test_a_straight_move_with_turning_joints_is_straight_in_the_part(kind: str) -> None:
     m = of_type(kind)
     path, _, p = planned(m, tip(60, -40, 10, 35, -25, 80), tip(60, 50, 40, -10, 15, -720))
@@ -116,7 +115,7 @@ def test_a_straight_move_with_turning_joints_is_straight_in_the_part(kind: str) 
     assert np.linalg.norm(away, axis=1).max() <= path.deviation_mm
 
 
-@pytest.mark.parametrize("kind", SOLVABLE)
+@pytest.mark.parametrize("kind", TYPES)
 @pytest.mark.parametrize("turning", [0.0, 55.0])
 def test_an_arc_of_the_tip(kind: str, turning: float) -> None:
     """A helix of one and a quarter turns; exact as an arc where no rotary joint turns."""
@@ -126,20 +125,45 @@ def test_an_arc_of_the_tip(kind: str, turning: float) -> None:
     path, _, p = planned(m, tilt, tip(35, -5, 42, 20 + turning, 20, 30 - turning, kind=ARC, **arc))
     assert_follows(m, path, p, 4)
     pieces = np.count_nonzero(path.line == 4)
-    assert pieces == 1 if turning == 0.0 else pieces > 50
-    if turning == 0.0:
+    whole = turning == 0.0 and not solved(m).between
+    assert pieces == 1 if whole else pieces > 40
+    if whole:
         assert path.arc[-1] >= 0
         length = np.hypot(2.5 * pi * 25, 12)
         assert np.diff(path.bounds_ps)[-1] == pytest.approx(length / 10 * 1e12, rel=1e-9)
 
 
 def test_random_moves_stay_within_the_bound(rng: np.random.Generator) -> None:
-    for kind in SOLVABLE:
+    for kind in TYPES:
         m = of_type(kind)
         tips = rng.uniform(-300, 300, (20, 6)) * [1, 1, 1, 0.2, 0.2, 0.5]
         path, _, p = planned(m, *(tip(*to) for to in tips.tolist()))
         for line in range(3, 23):
             assert_follows(m, path, p, line)
+
+
+def test_random_machines_stay_within_the_bound(rng: np.random.Generator) -> None:
+    """Any order of slides and rotary joints, all of them oblique."""
+    between = 0
+    for _ in range(60):
+        m = random_machine(rng)
+        m = replace(m, joints=tuple(replace(j, rapid=200.0) for j in m.joints))
+        way = rng.uniform(-100, 100, (2, 6)) * [1, 1, 1, 0.3, 0.3, 0.3]
+        path, findings, p = planned(m, *(tip(*to) for to in way.tolist()))
+        between += bool(solved(m).between)
+        for line in set(path.line.tolist()) - {2}:
+            assert_follows(m, path, p, line)
+        flat = {f.code for f in findings} & {"GC402", "GC424"}
+        assert not flat or solved(m).between, "only turned slides can come to lie in one plane"
+    assert between > 20
+
+
+def test_slides_that_come_to_lie_in_one_plane_end_the_program() -> None:
+    """B turns the quill past X: no piece near B90 has a bound."""
+    m = of_type("quill in the head, C table")
+    path, findings, _ = planned(m, tip(10, 20, 30, 0, 60), tip(10, 20, 30, 0, 120))
+    assert [(f.code, f.line, f.effect) for f in findings] == [("GC424", 4, "inconclusive")]
+    assert set(path.line.tolist()) == {2, 3}
 
 
 def test_oblique_slides_have_their_own_factor(rng: np.random.Generator) -> None:
@@ -230,7 +254,7 @@ def angles_off_the_circle(m: Machine, q: Array) -> Array:
     return np.abs(np.arcsin(seen @ normal / np.linalg.norm(normal)))
 
 
-@pytest.mark.parametrize("kind", [kind for kind in SOLVABLE if kind != "A table alone"])
+@pytest.mark.parametrize("kind", [kind for kind in TYPES if kind not in SINGLE])
 @pytest.mark.parametrize("tilts", [(20, 60), (-20, -60), (0.5, 0.7)])
 def test_the_tool_axis_runs_along_a_great_circle(kind: str, tilts: tuple[float, float]) -> None:
     m = of_type(kind, linear=1e9, rotary=1e9)
@@ -382,11 +406,8 @@ def test_moves_of_the_joints_before_and_after(rng: np.random.Generator) -> None:
     assert np.diff(path.bounds_ps)[path.line == 6].sum() == pytest.approx(length * 1e11, rel=1e-9)
 
 
-@pytest.mark.parametrize("kind", ["quill in the head", "no rotary joint"])
-def test_a_machine_that_cannot_follow_ends_the_program_there(kind: str) -> None:
-    m = of_type(AC if kind == "no rotary joint" else kind)
-    if kind == "no rotary joint":
-        m = replace(m, work_link="bed")
+def test_a_machine_that_cannot_follow_ends_the_program_there() -> None:
+    m = replace(of_type(AC), work_link="bed")
     rows = [{"kind": FEED, "to": (10, 0, 0), "f": 600.0}, tip(10, 20, 30), {"kind": Kind.TOOL}]
     path, findings = plan(program(rows), m)
     assert [(f.code, f.line, f.effect) for f in findings] == [("GC402", 2, "inconclusive")]
