@@ -18,7 +18,7 @@ from gcodesim.machine.model import Machine
 from gcodesim.motion.blocks import Blocks, blocks, corner_speeds
 from gcodesim.motion.moves import Moves
 from gcodesim.motion.path import CONSTANT_SPEED
-from gcodesim.motion.ramps import Phases, phases, reachable_speed
+from gcodesim.motion.ramps import Phases, phases, reachable_speed, reachable_speeds
 from gcodesim.motion.stretches import stretches
 from gcodesim.motion.tolerance import EXACT_STOP, corner_tolerances, path_modes
 from gcodesim.nc.program import CanonicalProgram, Kind
@@ -31,6 +31,12 @@ there is room for a ramp up and one down."""
 
 ALIKE = 2.0
 """Moves are planned together only while their speeds differ by less than this factor."""
+
+PASS = 500
+"""A look at all units at once counts as one at this many more: it costs as much as walking 30."""
+
+PATIENCE = 2
+"""Units are walked once this many times their number were looked at: their chains are long."""
 
 
 def profiled(moves: Moves, program: CanonicalProgram, machine: Machine) -> Moves:
@@ -90,15 +96,18 @@ def _units(limits: Blocks, corner: Floats) -> NDArray[np.intp]:
     faster = np.maximum(limits.cap[1:], limits.cap[:-1])
     parted = (ALIKE * corner < slower) | (faster > ALIKE * slower)
     parted |= (lasts >= ramp)[1:] | (lasts >= ramp)[:-1]
-    unit, units, filled = 0, [0], lasts[0].item()
-    for is_parted, last, enough in zip(
-        parted.tolist(), lasts[1:].tolist(), ramp[1:].tolist(), strict=True
+    # Where no limit parts two moves, what their unit lasts so far may.
+    filled, joined = 0.0, -1
+    alike = np.flatnonzero(~parted)
+    for i, last, enough in zip(
+        alike.tolist(), lasts[alike].tolist(), ramp[alike + 1].tolist(), strict=True
     ):
-        if is_parted or filled >= enough:
-            unit, filled = unit + 1, 0.0
-        filled += last
-        units.append(unit)
-    return np.array(units, np.intp)
+        filled = last + (filled if joined == i - 1 else 0.0)
+        if filled < enough:
+            joined = i
+        else:
+            parted[i] = True
+    return np.append(0, np.cumsum(parted))
 
 
 def _planned(limits: Blocks, corner: Floats, unit: NDArray[np.intp]) -> tuple[Phases, Floats]:
@@ -124,12 +133,48 @@ def boundary_speeds(length: Floats, between: Floats, a: Floats, j: Floats) -> Fl
         a: limits of acceleration, shape (n,).
         j: limits of jerk, shape (n,).
     """
-    speed = [0.0, *between.tolist(), 0.0]
-    ways = list(zip(length.tolist(), a.tolist(), j.tolist(), strict=True))
-    for i in range(len(ways) - 1, 0, -1):
-        if speed[i] > speed[i + 1]:
-            speed[i] = min(speed[i], reachable_speed(speed[i + 1], *ways[i]))
-    for i in range(len(ways) - 1):
-        if speed[i + 1] > speed[i]:
-            speed[i + 1] = min(speed[i + 1], reachable_speed(speed[i], *ways[i]))
-    return np.array(speed)
+    most = np.concatenate([[0.0], between, [0.0]])
+    most = _reached(most[::-1], length[::-1], a[::-1], j[::-1])[::-1]
+    return _reached(most, length, a, j)
+
+
+def _reached(most: Floats, length: Floats, a: Floats, j: Floats) -> Floats:
+    """Speeds from first to last, (n + 1,): the most allowed that the one before can reach.
+
+    Most corners are slow enough, and most others bind only a few units on. So all units that may
+    change are looked at together, then those after a change, until nothing does: the fixed point
+    is the same as unit by unit. Chains that are longer than this pays are walked.
+    """
+    speed = most.copy()
+    at = np.flatnonzero(most[1:] > most[:-1])
+    looked = 0
+    while len(at) and looked < PATIENCE * len(length):
+        looked += len(at) + PASS
+        end = np.minimum(most[at + 1], reachable_speeds(speed[at], length[at], a[at], j[at]))
+        changed = np.flatnonzero(end != speed[at + 1])
+        at = at[changed] + 1
+        speed[at] = end[changed]
+    if len(at):
+        rest = slice(at[0], None)
+        speed[rest] = _walked(at - at[0], speed[rest], most[rest], length[rest], a[rest], j[rest])
+    return speed
+
+
+def _walked(
+    at: NDArray[np.intp], speed: Floats, most: Floats, length: Floats, a: Floats, j: Floats
+) -> list[float]:
+    """The same unit by unit: from each of `at`, ascending, on until nothing changes."""
+    now: list[float] = speed.tolist()
+    limits = most.tolist()
+    lengths, accelerations, jerks = length.tolist(), a.tolist(), j.tolist()
+    done = 0
+    for first in at.tolist():
+        i = first
+        while i >= done:
+            done = i + 1
+            end = reachable_speed(now[i], lengths[i], accelerations[i], jerks[i])
+            end = limits[done] if limits[done] < end else end
+            if end != now[done]:
+                now[done] = end
+                i = done
+    return now

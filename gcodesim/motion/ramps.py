@@ -12,7 +12,7 @@ time. So v^2/(a d) may be anything: 2 d/(u + w), not (w - u)/a.
 
 from __future__ import annotations
 
-from math import asinh, cbrt, inf, isinf, sinh, sqrt
+from math import asinh, cbrt, inf, sinh, sqrt
 from typing import NamedTuple
 
 import numpy as np
@@ -23,11 +23,21 @@ Floats = NDArray[np.float64]
 EASE_IN, HOLD, EASE_OUT = 0, 1, 2
 """Shapes of a phase: the acceleration grows from 0, keeps its value (or is 0), falls to 0."""
 
-BISECTIONS = 52
-"""Halvings that find the top speed of a move too short to reach its feed, to the last digit."""
+NEWTON_STEPS = 60
+"""Most steps to the top speed of a move too short to reach its feed. 8 are usual; limits apart by
+twelve powers of ten take 27."""
+
+NEARLY = 1e-9
+"""After a step of this share of the rise, or less, the next one would be below a rounding."""
+
+ROUNDING = 2.0**-53
+"""Half the spacing of numbers at 1."""
 
 ROUNDED_UP = 1.0 + 1e-9
 """Widens a bracket by far more than it can have been rounded."""
+
+STEEPEST = 1e300
+"""From here on the cube of x is all that counts."""
 
 CHUNK = 1 << 14
 """Moves looked at together: their arrays stay in the cache of a core."""
@@ -45,21 +55,44 @@ class Phases(NamedTuple):
 
 def reachable_speed(u: float, length: float, a: float, j: float) -> float:
     """The largest speed at the end of a ramp of this length that begins at speed u."""
-    if isinf(j):
+    if j == inf:
         return sqrt(u * u + 2.0 * a * length)
     gain = a * a / j
     # Without holding a: rise = x^2 with x^3 + 2 u x = length sqrt(j), which only grows in x.
-    half = length * sqrt(j)
-    third = sqrt(u * (2.0 / 3.0))
-    steep = half / (2.0 * third**3) if third > 0.0 else inf
+    half, twice = length * sqrt(j), 2.0 * u
+    third = sqrt(twice / 3.0)
+    cube = twice * third
+    steep = 1.5 * half / cube if cube > 0.0 else inf
     x = 2.0 * third * sinh(asinh(steep) / 3.0) if steep < inf else cbrt(half)
-    x -= (x * (x * x + 2.0 * u) - half) / (3.0 * x * x + 2.0 * u) if x > 0.0 else 0.0
-    if x * x <= gain:
-        return u + x * x
+    rise = x * x
+    x -= (x * (rise + twice) - half) / (3.0 * rise + twice) if x > 0.0 else 0.0
+    rise = x * x
+    if rise <= gain:
+        return u + rise
     # Holding a: rise^2 + (2 u + gain) rise = 2 (a length - u gain).
-    b = 2.0 * u + gain
     c = 4.0 * (a * length - u * gain)
-    return u + max(c / (b + sqrt((2.0 * u - gain) ** 2 + 8.0 * a * length)), gain)
+    root = sqrt((twice - gain) ** 2 + 8.0 * a * length)
+    return u + max(c / (twice + gain + root), gain)
+
+
+def reachable_speeds(u: Floats, length: Floats, a: Floats, j: Floats) -> Floats:
+    """The same of many ramps at once, shape (n,); j infinite everywhere or nowhere."""
+    if np.isinf(j).all():
+        return np.sqrt(u * u + 2.0 * a * length)
+    gain = a * a / j
+    half, twice = length * np.sqrt(j), 2.0 * u
+    third = np.sqrt(twice / 3.0)
+    with np.errstate(divide="ignore", over="ignore"):
+        steep = np.minimum(1.5 * half / (twice * third), STEEPEST)
+    x = np.where(steep < STEEPEST, 2.0 * third * np.sinh(np.arcsinh(steep) / 3.0), np.cbrt(half))
+    x -= (x * (x * x + twice) - half) / (3.0 * x * x + twice)
+    rise = x * x
+    hold = np.flatnonzero(rise > gain)
+    if len(hold):
+        u_, way, gain = u[hold], a[hold] * length[hold], gain[hold]
+        root = np.sqrt((2.0 * u_ - gain) ** 2 + 8.0 * way)
+        rise[hold] = np.maximum(4.0 * (way - u_ * gain) / (2.0 * u_ + gain + root), gain)
+    return np.asarray(u + rise)
 
 
 def ramp_time(u: Floats, w: Floats, a: Floats, j: Floats) -> Floats:
@@ -84,12 +117,44 @@ def top_speed(u: Floats, w: Floats, cap: Floats, length: Floats, a: Floats, j: F
     for first in range(0, len(short), CHUNK):
         at = short[first : first + CHUNK]
         ends = u[at], w[at], a[at], j[at]
-        low, high = most[at], top[at]
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            fits = _ramps(ends[0], middle, *ends[1:]) <= length[at]
-            low, high = np.where(fits, middle, low), np.where(fits, high, middle)
-        top[at] = low
+        top[at] = _fitting(_meeting(top[at], length[at], ends), length[at], ends)
+    return top
+
+
+def _meeting(top: Floats, length: Floats, ends: tuple[Floats, ...]) -> Floats:
+    """Top speeds, lower than `top`, whose ramps are as long as the moves but for rounding.
+
+    The way of both ramps is convex in the root of the rise from the faster end, and smooth: from
+    too fast a top on Newton's steps only fall, and soon converge.
+    """
+    u, w, a, j = ends
+    most = np.maximum(u, w)
+    root = np.sqrt(top - most)
+    for _ in range(NEWTON_STEPS):
+        way, slope = -length, np.zeros_like(root)
+        for end in (most, np.minimum(u, w)):
+            rise = root * root + (most - end)
+            ease, mean = np.sqrt(rise / j), end + 0.5 * rise
+            held = rise > a * a / j
+            time = np.where(held, rise / a + a / j, 2.0 * ease)
+            # d(time)/d(rise) is 1/a, or 1/(j ease); d(rise)/d(root) is 2 root.
+            eased = np.divide(root, j * ease, out=np.sqrt(1.0 / j), where=ease > 0.0)
+            way += mean * time
+            slope += root * time + 2.0 * mean * np.where(held, root / a, eased)
+        step = way / slope
+        root = np.maximum(root - step, 0.0)
+        if (np.abs(step) * root <= np.maximum(ROUNDING * most, NEARLY * root * root)).all():
+            break
+    return np.asarray(np.minimum(most + root * root, top))
+
+
+def _fitting(top: Floats, length: Floats, ends: tuple[Floats, ...]) -> Floats:
+    """Top speeds lowered by a few roundings, or to the faster end, so that their ramps fit."""
+    u, w, a, j = ends
+    most, by = np.maximum(u, w), np.spacing(top)
+    while (over := (_ramps(u, top, w, a, j) > length) & (top > most)).any():
+        top = np.where(over, np.maximum(top - by, most), top)
+        by *= 2.0
     return top
 
 

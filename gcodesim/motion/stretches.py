@@ -48,9 +48,28 @@ def stretches(ramps: Phases, length: Floats, unit: Indices, move_length: Floats)
     last = np.append(np.diff(owner) > 0, True)
     ends = np.where(last, length[owner], ends)
     begins = _previous(owner, ends)
+    first_move = np.flatnonzero(np.diff(unit, prepend=-1))
+    way = length[owner]
+    whole = Stretches(first_move[owner], begins / way, ends / way, seconds, law)
     if len(unit) == len(length):
-        return Stretches(owner, begins / length[owner], ends / length[owner], seconds, law)
-    return _cut(owner, begins, ends, seconds, law, unit, move_length)
+        return whole
+    # Most units are one move, whose phases are its stretches as they are.
+    shared = np.diff(first_move, append=len(unit)) > 1
+    number = np.cumsum(shared) - 1
+    moves, parted = np.flatnonzero(shared[unit]), shared[owner]
+    cut = _cut(
+        number[owner[parted]],
+        begins[parted],
+        ends[parted],
+        seconds[parted],
+        law[parted],
+        number[unit[moves]],
+        move_length[moves],
+    )
+    cut = cut._replace(move=moves[cut.move])
+    both = [np.concatenate([x[~parted], y]) for x, y in zip(whole, cut, strict=True)]
+    order = np.argsort(both[0], kind="stable")
+    return Stretches(*(column[order] for column in both))
 
 
 def _lasting(owner: Indices, seconds: Floats) -> Indices:
@@ -113,12 +132,17 @@ def _cut(
 def _tau(law: Floats, begin: Floats, end: Floats, place: Floats) -> Floats:
     """When a law that never falls passes a place between its begin and end, as fraction of time."""
     share = np.divide(place - begin, end - begin, out=np.ones_like(place), where=end > begin)
+    tau = np.clip(share, 0.0, 1.0)
+    # At constant speed the way is the time.
+    bent = np.flatnonzero(law[:, 1:].any(axis=1))
+    share, (c1, c2, c3) = share[bent], law[bent].T
     low, high = np.zeros(len(share)), np.ones(len(share))
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
-        s = middle * (law[:, 0] + middle * (law[:, 1] + middle * law[:, 2]))
-        low, high = np.where(s < share, middle, low), np.where(s < share, high, middle)
-    return high
+        before = middle * (c1 + middle * (c2 + middle * c3)) < share
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    tau[bent] = high
+    return tau
 
 
 def _restricted(law: Floats, start: Floats, end: Floats) -> Floats:

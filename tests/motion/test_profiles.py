@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cbrt, pi, sqrt
+from math import cbrt, inf, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,8 @@ from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
+from gcodesim.motion.profiles import boundary_speeds
+from gcodesim.motion.ramps import reachable_speed
 from gcodesim.nc.program import CanonicalProgram, Kind
 
 RAPID, FEED, ARC, DWELL, PATH = Kind.RAPID, Kind.FEED, Kind.ARC, Kind.DWELL, Kind.PATH
@@ -241,3 +243,23 @@ def test_programs_that_hardly_move(time: str) -> None:
     path, findings = plan(program([STRAIGHT[0], far]), limited_machine(time))
     assert [finding.code for finding in findings] == ["GC424"]
     assert set(path.line.tolist()) == {1}
+
+
+@pytest.mark.parametrize("j", [inf, J])
+@pytest.mark.parametrize("length", [1e-4, 1e-2, 1.0, 100.0])
+@pytest.mark.parametrize("stops", [0.5, 0.01, 0.0])
+def test_speeds_at_boundaries_are_those_of_one_sweep_each_way(
+    j: float, length: float, stops: float, rng: np.random.Generator
+) -> None:
+    """Chains of one unit to thousands, begun everywhere or at the ends only."""
+    n = 3000
+    way = length * rng.uniform(0.5, 2.0, n)
+    between = rng.uniform(20, 300, n - 1) * (rng.random(n - 1) >= stops)
+    a = rng.choice([A, A / 5], n)
+    speed = [0.0, *between.tolist(), 0.0]
+    for i in reversed(range(1, n)):
+        speed[i] = min(speed[i], max(speed[i + 1], reachable_speed(speed[i + 1], way[i], a[i], j)))
+    for i in range(n - 1):
+        speed[i + 1] = min(speed[i + 1], max(speed[i], reachable_speed(speed[i], way[i], a[i], j)))
+    found = boundary_speeds(way, between, a, np.full(n, j))
+    np.testing.assert_allclose(found, speed, rtol=1e-14)

@@ -8,7 +8,14 @@ from math import inf
 import numpy as np
 import pytest
 
-from gcodesim.motion.ramps import phases, ramp_time, reachable_speed, time_law
+from gcodesim.motion.ramps import (
+    phases,
+    ramp_time,
+    reachable_speed,
+    reachable_speeds,
+    time_law,
+    top_speed,
+)
 from gcodesim.study.stability_drives import ramp_errors
 
 U = 2.0**-53
@@ -40,6 +47,35 @@ def test_reachable_speeds_at_limited_jerk(rng: np.random.Generator) -> None:
                 time + (u + rise) * (1 / a_ + 1 / (j_ * max(rise, Decimal(v * U))).sqrt())
             )
         assert abs(way - d) <= 1e-14 * d + 8 * w * U * slack
+
+
+@pytest.mark.parametrize("j", [inf, 1e-6, 1e3, 1e12])
+def test_many_reachable_speeds_are_those_of_each(j: float, rng: np.random.Generator) -> None:
+    u, a, length = 10.0 ** rng.uniform([-6, -6, -6], [6, 9, 4], (2000, 3)).T
+    u[:100] = 0.0
+    jerk = np.full(2000, j)
+    each = [reachable_speed(*row) for row in zip(u, length, a, jerk, strict=True)]
+    np.testing.assert_allclose(reachable_speeds(u, length, a, jerk), each, rtol=8 * U)
+
+
+@pytest.mark.parametrize("j", [1e-3, 1e3, 1e12])
+def test_top_speeds_are_the_largest_whose_ramps_fit(j: float, rng: np.random.Generator) -> None:
+    """Way up and down is at most the length, and a few roundings faster it is more."""
+    a, length = 10.0 ** rng.uniform([-6, -6], [6, 4], (5000, 2)).T
+    jerk = np.full(5000, j)
+    u = 10.0 ** rng.uniform(-6, 6, 5000) * rng.integers(0, 2, 5000)
+    w = rng.uniform(0, 1, 5000) ** 2 * (reachable_speeds(u, length, a, jerk) - u) + u
+    u, w = np.where(rng.random(5000) < 0.5, (u, w), (w, u))
+    top = top_speed(u, w, np.full(5000, inf), length, a, jerk)
+
+    def way(v: np.ndarray) -> np.ndarray:
+        up, down = (0.5 * (end + v) * ramp_time(end, v, a, jerk) for end in (u, w))
+        return up + down
+
+    least = top == np.maximum(u, w)
+    assert (way(top)[~least] <= length[~least]).all()
+    assert (way(top + 8 * np.spacing(top)) > length).all()
+    assert least.mean() < 0.5
 
 
 @pytest.mark.parametrize("j", [inf, 1e-3, 1e3, 1e12])
