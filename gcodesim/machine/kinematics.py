@@ -24,10 +24,11 @@ def sincosd(degrees: ArrayLike) -> tuple[Array, Array]:
     quadrant = np.rint(turned / 90.0)
     rest = np.radians(turned - 90.0 * quadrant)
     s, c = np.sin(rest), np.cos(rest)
-    k = quadrant.astype(np.int64) % 4
+    k = quadrant.astype(np.int64)
+    odd = (k & 1) == 1
     # + 0.0 turns -0.0 into 0.0, so that equal poses are equal bit for bit
-    sine = np.choose(k, [s, c, -s, -c]) + 0.0
-    cosine = np.choose(k, [c, -s, -c, s]) + 0.0
+    sine = np.where(odd, c, s) * (1.0 - (k & 2)) + 0.0
+    cosine = np.where(odd, s, c) * (1.0 - ((k + 1) & 2)) + 0.0
     return sine, cosine
 
 

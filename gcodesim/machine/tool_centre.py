@@ -89,7 +89,8 @@ class ToolCentre:
         target = self._to_world(np.atleast_2d(np.asarray(tips, np.float64)))
         for step in self.chain[: self.slides.start]:
             target = step.moved(target, -axes[:, step.column])
-        tool = self._moved(self.chain[self.slides.start :], self._tool_points(offset), axes)
+        turns = tuple(step for step in self.chain[self.slides.start :] if step.joint.rotary)
+        tool = self._moved(turns, self._tool_points(offset), axes)
         axes[:, :3] = self._slid(target - tool, axes)
         return axes
 
