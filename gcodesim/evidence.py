@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -103,7 +103,7 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
     asked, off = near.limit - near.departure, near.departure
     message = f"{pair.a} comes to {near.distance:.6g} mm of {pair.b}; "
     code, meaning = "GC201", "clearance"
-    if near.distance <= off:
+    if near.touch:
         code, meaning = "GC202", "path_tolerance"
         message += f"the machine may be off its path by {off:.6g} mm: a touch is not excluded"
     else:
@@ -242,13 +242,9 @@ def off_path_lines(
         searches: the method proves distances, not only tells contact.
     """
     lines = [off.corners] if off.corners else []
-    late = [
-        f"{joint.name} {bound:.3g} {'deg' if joint.rotary else 'mm'}"
-        for joint, bound in zip(machine.joints, off.lag, strict=True)
-        if bound > 0.0
-    ]
+    late = "; ".join(_lags(off, machine))
     if late:
-        lines.append(f"clearances widened by the lag of the drives ({', '.join(late)})")
+        lines.append(f"clearances widened by the lag of the drives at each time ({late})")
     if lines and not searches:
         lines.append("this method widens nothing: it tells contact on the path itself")
     if path.deviation_mm:
@@ -256,6 +252,20 @@ def off_path_lines(
         good = f"{path.deviation_mm:.3g} mm"
         lines.append(f"moves under tool centre point control followed to {good}: {proved}")
     return tuple(lines)
+
+
+def _lags(off: OffPath, machine: Machine) -> Iterator[str]:
+    """What is said about every joint that lags: the most, and what half of the time is enough."""
+    usual = off.late.usual().tolist() if off.late else []
+    enough = dict(zip(off.late.columns.tolist(), usual, strict=True)) if off.late else {}
+    for column, (joint, most) in enumerate(zip(machine.joints, off.lag, strict=True)):
+        unit, half = (
+            "deg" if joint.rotary else "mm",
+            f"{max(enough.get(column, most), SLACK_MM):.3g}",
+        )
+        if most > 0.0:
+            more = f", half of the time {half} {unit}" if half != f"{most:.3g}" else ""
+            yield f"{joint.name} at most {most:.3g} {unit}{more}"
 
 
 def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:

@@ -133,12 +133,13 @@ def axis_distances(
 
 def _distances_turned(outer: Joint, axis: Floats, point: Floats, triangles: Floats) -> Floats:
     """The same when one rotary joint lies beyond: a full turn of it, in steps plus their chord."""
-    farthest = np.zeros(len(triangles))
-    centred, across = triangles - outer.point, _across(axis)
+    points, across = triangles.reshape(-1, 3) - outer.point, _across(axis)
+    squared = np.zeros(len(points))
     angles = np.arange(SWEEP_STEPS) * (360.0 / SWEEP_STEPS)
     for turn in rotation(outer.axis, angles):
-        flat = centred @ (turn.T @ across) + (outer.point - point) @ across
-        farthest = np.maximum(farthest, np.linalg.norm(flat, axis=-1).max(axis=1))
+        flat = points @ (turn.T @ across) + (outer.point - point) @ across
+        squared = np.maximum(squared, np.einsum("ij,ij->i", flat, flat))
+    farthest = np.sqrt(squared).reshape(-1, 3).max(axis=1)
     radius = _from_axis(triangles, outer.axis, outer.point).max(axis=1)
     return farthest + 2.0 * radius * np.sin(np.pi / SWEEP_STEPS / 2.0)
 

@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gcodesim.collision.exhaustive import NO_CONTACT
-from gcodesim.collision.near import first_instant
+from gcodesim.collision.departure import Departures
+from gcodesim.collision.limits import LEFT_OUT, Limits, first_reached
 from gcodesim.collision.search import Outcome, Roots, Searcher
-from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_MINIMUM
-
-LEFT_OUT = -1.0
-"""Free distance [mm] that tells the kernel to leave a pair out; plus slack it stays negative."""
+from gcodesim.collision.search_kernel import MODE_MINIMUM
+from gcodesim.motion.path import Path
 
 SEEDS = 256
 """Instants whose distances bound the minimum from above before the search for it begins."""
@@ -27,10 +25,12 @@ class Nearness:
 
     Attributes:
         pair: index in the scene.
-        distance: smallest distance of the whole stretch searched [mm].
+        distance: smallest distance [mm] of the whole stretch searched; where the departure depends
+            on time, of the rest of the block.
         time_ps: when the pair first comes to `limit`.
-        limit: distance asked for, or the smallest distance itself [mm].
+        limit: distance asked for then, or the smallest distance itself [mm].
         departure: how much of the limit stands for a machine that leaves the path [mm].
+        touch: the departure alone is as large as the distance.
     """
 
     pair: int
@@ -38,29 +38,59 @@ class Nearness:
     time_ps: int
     limit: float
     departure: float = 0.0
+    touch: bool = False
 
 
 def too_near(
-    searcher: Searcher, clearances: list[float], first: int, end: int, best: int
+    searcher: Searcher,
+    clearances: tuple[float, ...],
+    departures: Departures,
+    first: int,
+    end: int,
+    best: int,
 ) -> list[Nearness]:
     """Pairs that come nearer than their clearance within the pieces first..end.
 
+    A machine that may be off its path by some distance must keep that much more.
+
     Args:
         searcher: with the scene and path.
-        clearances: per pair [mm]; 0 = none asked for.
+        clearances: per pair [mm]; LEFT_OUT = not to be looked at.
+        departures: how far the pairs may be off the path.
         first: first piece.
         end: end of the pieces.
         best: key of the first contact; what lies behind it does not count.
     """
-    wanted = tuple(c if c > 0.0 else LEFT_OUT for c in clearances)
-    if max(wanted) < 0.0:
+    off = departures.largest.tolist()
+    looked_at = [c >= 0.0 and c + d > 0.0 for c, d in zip(clearances, off, strict=True)]
+    wanted = tuple(c if look else LEFT_OUT for c, look in zip(clearances, looked_at, strict=True))
+    if not any(looked_at):
         return []
-    starts = _first_steps(searcher, wanted, first, end, best)
-    reached = [pair for pair, start in starts.items() if start is not None]
-    distances = smallest_distances(searcher, reached, first, end, best)
-    return [
-        Nearness(pair, distances[pair], starts[pair] or 0, clearances[pair]) for pair in reached
-    ]
+    reached = first_reached(searcher, Limits(wanted, departures), first, end, best)
+    steady = [pair for pair in reached if not departures.varies(pair)]
+    distances = smallest_distances(searcher, steady, first, end, best)
+    # That a touch is not excluded weighs more than a clearance that is lost earlier.
+    late = [pair for pair in reached if pair not in steady and wanted[pair] > 0.0]
+    alone = Limits(tuple(0.0 if p in late else LEFT_OUT for p in range(len(wanted))), departures)
+    touching = first_reached(searcher, alone, first, end, best) if late else {}
+    found = []
+    for pair, reach in (reached | touching).items():
+        touch = pair in touching or wanted[pair] == 0.0
+        if pair in steady:
+            distance = distances[pair]
+            touch = touch or distance <= off[pair]
+        else:
+            block = _rest_of_block(searcher.path, reach.time_ps, end)
+            distance = smallest_distances(searcher, [pair], *block, best)[pair]
+        found.append(Nearness(pair, distance, reach.time_ps, reach.limit, reach.departure, touch))
+    return found
+
+
+def _rest_of_block(path: Path, time_ps: int, end: int) -> tuple[int, int]:
+    """Pieces from a time on, before `end`, that belong to the block in force."""
+    piece = int(path.piece_at(np.array([time_ps]))[0])
+    others = np.flatnonzero(path.line[piece:end] != path.line[piece])
+    return piece, piece + int(others[0]) if len(others) else end
 
 
 def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[Nearness]:
@@ -68,8 +98,9 @@ def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[
     pairs = list(range(len(searcher.scene.pairs)))
     distances = smallest_distances(searcher, pairs, first, end, best)
     limits = tuple(distances[pair] + FOUND_AGAIN_MM for pair in pairs)
-    starts = _first_steps(searcher, limits, first, end, best)
-    return [Nearness(pair, distances[pair], starts[pair] or 0, distances[pair]) for pair in pairs]
+    reached = first_reached(searcher, Limits(limits), first, end, best)
+    times = [reached[pair].time_ps if pair in reached else 0 for pair in pairs]
+    return [Nearness(pair, distances[pair], times[pair], distances[pair]) for pair in pairs]
 
 
 def smallest_distances(
@@ -97,23 +128,3 @@ def smallest_distances(
     for start, stop in searcher.chunks(first, end):
         outcome = finder.search_pieces(start, stop, outcome)
     return {pair: float(outcome.distance[pair]) for pair in pairs}
-
-
-def _first_steps(
-    searcher: Searcher, limits: tuple[float, ...], first: int, end: int, best: int
-) -> dict[int, int | None]:
-    """Per pair the first time [ps] at which its distance falls to its limit; None = never."""
-    settings = replace(searcher.settings, mode=MODE_APPROACH, free_mm=limits)
-    finder = replace(searcher, settings=settings)
-    outcome = Outcome.nothing(len(limits), best)
-    for start, stop in searcher.chunks(first, end):
-        outcome = finder.search_pieces(start, stop, outcome)
-    times: dict[int, int | None] = {}
-    for pair, near in enumerate(outcome.near.tolist()):
-        times[pair] = None
-        if near < NO_CONTACT:
-            period = searcher.settings.period_ps
-            piece = int(searcher.path.piece_at(np.array([near + 1]))[0])
-            step_end = min((near // period + 1) * period, int(searcher.path.bounds_ps[piece + 1]))
-            times[pair] = first_instant(finder, pair, near, step_end)
-    return times

@@ -12,12 +12,6 @@ from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.scene import Scene
 from gcodesim.motion.samples import Instants
 
-PROJECTIONS = 100
-"""Most alternating projections towards the nearest points of two triangles."""
-
-STILL_MM = 1e-9
-"""A projection that moves a point by less ends them [mm]: a point for people needs no more."""
-
 
 @dataclass(frozen=True)
 class TouchingTriangles:
@@ -52,15 +46,39 @@ def touching_triangles(
 
 
 def halfway(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Point halfway between two triangles, by alternating projections: for people, not exact."""
-    p = a.mean(axis=0)
-    q = p
-    for _ in range(PROJECTIONS):
-        q, last = _project(b, p), p
-        p = _project(a, q)
-        if np.abs(p - last).max() < STILL_MM:
-            break
-    return np.asarray((p + q) / 2.0)
+    """Point halfway between two triangles, shape (3,)."""
+    return np.asarray(nearest_points(a, b).mean(axis=0))
+
+
+def nearest_points(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nearest points of two triangles that do not pierce each other, of a and of b, shape (2, 3).
+
+    A corner of one and a point of the other, or points of two edges.
+    """
+    corners = [(p, _project(b, p)) for p in a] + [(_project(a, q), q) for q in b]
+    candidates = np.concatenate([corners, _between_edges(a, b)])
+    apart = candidates[:, 1] - candidates[:, 0]
+    return np.asarray(candidates[np.argmin(np.einsum("ij,ij->i", apart, apart))])
+
+
+def _between_edges(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Nearest points of every edge of a and every edge of b, shape (9, 2, 3).
+
+    Ericson, Real-Time Collision Detection, 5.1.9.
+    """
+    p, d = np.repeat(a, 3, axis=0), np.repeat(np.roll(a, -1, axis=0) - a, 3, axis=0)
+    q, e = np.tile(b, (3, 1)), np.tile(np.roll(b, -1, axis=0) - b, (3, 1))
+    dd, de, ee = (np.einsum("ij,ij->i", x, y) for x, y in ((d, d), (d, e), (e, e)))
+    dr, er = (np.einsum("ij,ij->i", x, p - q) for x in (d, e))
+    s = _share(de * er - dr * ee, dd * ee - de * de)
+    t = _share(de * s + er, ee)
+    s = _share(de * t - dr, dd)
+    return np.stack([p + s[:, None] * d, q + t[:, None] * e], axis=1)
+
+
+def _share(part: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far along an edge, 0..1; 0 where the edge is a point or parallel to the other."""
+    return np.clip(np.divide(part, whole, out=np.zeros_like(part), where=whole > 0.0), 0.0, 1.0)
 
 
 def _project(t: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,7 +2,8 @@
 
 Three things keep a machine off the path that is checked: a control that rounds corners within a
 stated tolerance, drives that lag behind, and pieces that stand for a move under tool centre point
-control. Each is bounded before the search, which then proves that much more distance.
+control. Each is bounded before the search, which then proves that much more distance: the lag of
+the drives by what it can be at that time, the others by their largest value.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcodesim.collision.bounds import axis_distances, common_frame
 from gcodesim.collision.poses import joints_between
 from gcodesim.collision.scene import Scene
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Joint
+from gcodesim.motion.lag import Lag
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import Path
 from gcodesim.motion.speeds import piece_speeds
@@ -36,8 +39,38 @@ class Step:
     piece: int
 
 
-def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> tuple[float, ...]:
-    """How much nearer than on its path each pair of a scene may come [mm].
+@dataclass(frozen=True)
+class Departures:
+    """How much nearer than on its path each pair of a scene may come.
+
+    Attributes:
+        largest: at any time, shape (pairs,) [mm].
+        steady: the part of it that does not depend on time, shape (pairs,) [mm].
+        levers: what a unit of lag of each joint of `late` adds, shape (pairs, its joints).
+        late: the lag over time; None = nothing depends on time.
+    """
+
+    largest: NDArray[np.float64]
+    steady: NDArray[np.float64]
+    levers: NDArray[np.float64]
+    late: Lag | None = None
+
+    def varies(self, pair: int) -> bool:
+        """Whether the departure of a pair depends on time."""
+        return self.late is not None and bool(self.levers[pair].any())
+
+    def over(
+        self, pair: int, start_ps: NDArray[np.int64], end_ps: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """Bounds for one pair that hold all through some stretches of time, shape (m,) [mm]."""
+        if self.late is None:
+            return np.full(len(start_ps), self.largest[pair])
+        bound = self.steady[pair] + self.late.over(start_ps, end_ps) @ self.levers[pair]
+        return np.minimum(bound, self.largest[pair])
+
+
+def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departures:
+    """How much nearer than on its path each pair of a scene may come.
 
     A joint that is off by e moves a point of the body it carries by at most e, or by e times its
     distance from the axis when it turns; what the joints between two bodies do adds up. (The
@@ -49,15 +82,19 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> tuple[f
         off: see OffPath.
     """
     moving = [bool(joints_between(joints, *links)) for links in scene.links]
-    total = np.where(moving, off.tolerance_mm, 0.0)
+    steady = np.where(moving, off.tolerance_mm, 0.0)
+    levers = np.zeros((len(scene.pairs), len(off.lag)))
     if any(off.lag):
         # Joints beyond a lagging axis may themselves be off, to either side of their travel.
         loose = tuple(
             replace(joint, lower=joint.lower - e, upper=joint.upper + e)
             for joint, e in zip(joints, off.lag, strict=True)
         )
-        total = total + joint_levers(scene, loose) @ np.array(off.lag)
-    return tuple(total.tolist())
+        levers = joint_levers(scene, loose)
+    largest = steady + levers @ np.array(off.lag)
+    if off.late is None:
+        return Departures(largest, largest, levers)
+    return Departures(largest, steady, levers[:, off.late.columns], off.late)
 
 
 def largest_step(

@@ -41,33 +41,42 @@ def build_forest(scene: Scene, joints: tuple[Joint, ...]) -> Forest:
         scene: the pairs.
         joints: with the travel of the program as their limits.
     """
-    shapes = list({id(s): s for pair in scene.shapes for s in pair}.values())
-    trees = [build_tree(s.regions.triangles) for s in shapes]
-    place = {id(s): i for i, s in enumerate(shapes)}
-    chains, blocks, roots = [], [], []
-    node_at = np.cumsum([0, *(len(t.left) for t in trees)])
+    arrays, trees, roots = build_trees(scene)
+    chains, blocks = [], []
     for pair, links in zip(scene.shapes, scene.links, strict=True):
         frame = common_frame(joints, *links)
         for shape, link in zip(pair, links, strict=True):
             chain = joints_between(joints, frame, link)
-            index = place[id(shape)]
+            blocks.append(levers(joints, chain, shape.regions.triangles, trees[id(shape)]))
             chains.append(chain)
-            roots.append(int(node_at[index]))
-            blocks.append(levers(joints, chain, shape.regions.triangles, trees[index]))
-    arrays = _tree_arrays(scene, shapes, trees, node_at)
     device = scene.device
-    arrays.root = wp.array(np.array(roots), dtype=wp.int32, device=device)
     counts = np.array([block.shape[1] for block in blocks])
     first = np.cumsum([0, *(block.size for block in blocks)])[:-1]
     flat = np.concatenate([np.zeros(0), *(block.ravel() for block in blocks)])
     arrays.lever = wp.array(np.append(flat, 0.0), dtype=wp.float64, device=device)
     # Levers are found as lever[first + node * count + k] with the node's number in the forest.
-    arrays.lever_first = wp.array(first - np.array(roots) * counts, dtype=wp.int32, device=device)
+    arrays.lever_first = wp.array(first - roots * counts, dtype=wp.int32, device=device)
     arrays.lever_count = wp.array(counts, dtype=wp.int32, device=device)
     keys = list(dict.fromkeys(tuple(chain) for chain in chains))
     row = wp.array([keys.index(tuple(c)) for c in chains], dtype=wp.int32, device=device)
     distinct = step_arrays(joints, [list(key) for key in keys], device)
     return Forest(arrays, step_arrays(joints, chains, device), distinct, row)
+
+
+def build_trees(scene: Scene) -> tuple[ForestArrays, dict[int, Tree], Ints]:
+    """The trees of all shapes, each once, without levers.
+
+    Returns:
+        The arrays, the trees by the id of their shape, and the root of every side.
+    """
+    shapes = list({id(s): s for pair in scene.shapes for s in pair}.values())
+    trees = [build_tree(s.regions.triangles) for s in shapes]
+    node_at = np.cumsum([0, *(len(t.left) for t in trees)])
+    arrays = _tree_arrays(scene, shapes, trees, node_at)
+    place = {id(s): i for i, s in enumerate(shapes)}
+    roots = node_at[[place[id(shape)] for pair in scene.shapes for shape in pair]]
+    arrays.root = wp.array(roots, dtype=wp.int32, device=scene.device)
+    return arrays, {id(s): tree for s, tree in zip(shapes, trees, strict=True)}, roots
 
 
 def _tree_arrays(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import warp as wp
@@ -11,6 +12,10 @@ from numpy.typing import NDArray
 from gcodesim.collision.poses import ChainArrays, chain_arrays
 from gcodesim.collision.regions import Regions, build_regions
 from gcodesim.machine.model import Body, Joint, Pair, Part
+
+SHAPES_KEPT = 64
+"""Shapes that are kept for the next tool or program: fewer cost time, more keep machines in memory
+that are no longer checked."""
 
 
 @wp.struct
@@ -74,15 +79,11 @@ def build_scene(
     device: str,
 ) -> Scene:
     """Lay out the pairs whose bodies are all present and have triangles."""
-    cache: dict[tuple[str, tuple[str, ...] | None], Shape] = {}
+    used: dict[tuple[str, tuple[Part, ...]], Shape] = {}
 
     def shape(body: str, parts: tuple[str, ...] | None) -> Shape:
-        key = (body, parts)
-        if key not in cache:
-            chosen = tuple(p for p in bodies[body].parts if parts is None or p.name in parts)
-            triangles = np.concatenate([p.triangles for p in chosen])
-            cache[key] = Shape(body, chosen, build_regions(triangles))
-        return cache[key]
+        chosen = tuple(p for p in bodies[body].parts if parts is None or p.name in parts)
+        return used.setdefault((body, chosen), _shape(body, chosen))
 
     shapes = tuple((shape(p.a, p.parts_a), shape(p.b, p.parts_b)) for p in pairs)
     links = tuple((bodies[p.a].link, bodies[p.b].link) for p in pairs)
@@ -94,6 +95,11 @@ def build_scene(
         chain_arrays(joints, list(links), device),
         _scene_arrays(shapes, device),
     )
+
+
+@lru_cache(SHAPES_KEPT)
+def _shape(body: str, parts: tuple[Part, ...]) -> Shape:
+    return Shape(body, parts, build_regions(np.concatenate([part.triangles for part in parts])))
 
 
 def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:

@@ -111,17 +111,26 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Roots:
-    """Where a search starts: runs of pieces (level >= 0) or stretches of one piece (-1)."""
+    """Where a search starts: runs of pieces (level >= 0) or stretches of one piece (-1).
+
+    `free_mm` is what a proof must leave of each root [mm]; None = what it must of each pair.
+    """
 
     piece: NDArray[np.int32]
     level: NDArray[np.int32]
     start_ps: NDArray[np.int64]
     end_ps: NDArray[np.int64]
+    free_mm: NDArray[np.float64] | None = None
 
-    def part(self, first: int, end: int) -> Roots:
-        """Roots first..end."""
-        cut = slice(first, end)
-        return Roots(self.piece[cut], self.level[cut], self.start_ps[cut], self.end_ps[cut])
+    def part(self, cut: slice | NDArray[np.intp]) -> Roots:
+        """Some of the roots."""
+        free = None if self.free_mm is None else self.free_mm[cut]
+        return Roots(self.piece[cut], self.level[cut], self.start_ps[cut], self.end_ps[cut], free)
+
+    def followed_by(self, other: Roots) -> Roots:
+        """These roots and the others, without what a proof must leave of them."""
+        names = ("piece", "level", "start_ps", "end_ps")
+        return Roots(*(np.concatenate([getattr(r, n) for r in (self, other)]) for n in names))
 
     def halves(self, bounds_ps: NDArray[np.int64], period_ps: int) -> list[Roots]:
         """The first and the second half of the roots, or of the one root; cut at samples only.
@@ -130,22 +139,25 @@ class Roots:
         """
         if len(self.piece) > 1:
             half = len(self.piece) // 2
-            return [self.part(0, half), self.part(half, len(self.piece))]
+            return [self.part(slice(half)), self.part(slice(half, None))]
         piece, level = int(self.piece[0]), int(self.level[0])
         if level > 0:
-            return [_root(p, level - 1, 0, 0) for p in (piece, piece + (1 << (level - 1)))]
+            ends = (piece, piece + (1 << (level - 1)))
+            return [_root(p, level - 1, 0, 0, self.free_mm) for p in ends]
         start, end = int(self.start_ps[0]), int(self.end_ps[0])
         if level == 0:
             start, end = bounds_ps[[piece, piece + 1]].tolist()
         cut = max((start + end) // 2 // period_ps, start // period_ps + 1) * period_ps
         if cut >= end:
             return []
-        return [_root(piece, -1, start, cut), _root(piece, -1, cut, end)]
+        return [_root(piece, -1, *ends, self.free_mm) for ends in ((start, cut), (cut, end))]
 
 
-def _root(piece: int, level: int, start_ps: int, end_ps: int) -> Roots:
+def _root(
+    piece: int, level: int, start_ps: int, end_ps: int, free_mm: NDArray[np.float64] | None
+) -> Roots:
     one = np.array([piece, level], np.int32), np.array([start_ps, end_ps], np.int64)
-    return Roots(one[0][:1], one[0][1:], one[1][:1], one[1][1:])
+    return Roots(one[0][:1], one[0][1:], one[1][:1], one[1][1:], free_mm)
 
 
 @dataclass(frozen=True)
@@ -172,13 +184,18 @@ class Searcher:
             yield first, min(first + step, end)
             first, step = first + step, min(2 * step, LAST_CHUNK)
 
-    def search_pieces(self, first: int, end: int, before: Outcome | None = None) -> Outcome:
-        """Search the pieces first..end for all pairs, going on from what was found before."""
+    def windows(self, first: int, end: int) -> tuple[Roots, MotionArrays]:
+        """The pieces first..end in windows of one length, and their motion tables."""
         level = min(LEVEL, max(0, ((end - first) // WINDOWS).bit_length() - 1))
-        motion = self.motion(first, end, level)
         starts = np.arange(first, end, 1 << level, dtype=np.int32)
         zero = np.zeros(len(starts), np.int64)
         roots = Roots(starts, np.full(len(starts), level, np.int32), zero, zero)
+        return roots, self.motion(first, end, level)
+
+    def search_pieces(self, first: int, end: int, before: Outcome | None = None) -> Outcome:
+        """Search the pieces first..end for all pairs, going on from what was found before."""
+        roots, motion = self.windows(first, end)
+        starts, level = roots.piece, int(roots.level[0])
         outcome = before or Outcome.nothing(len(self.scene.pairs))
         on_cpu = self.scene.device == "cpu"
         size = max(1, BATCH >> level) if on_cpu else len(starts)
@@ -186,7 +203,7 @@ class Searcher:
         lock = threading.Lock()
 
         def run(batch: tuple[int, int]) -> None:
-            part = roots.part(*batch)
+            part = roots.part(slice(*batch))
             sample = int(self.path.bounds_ps[part.piece[0]]) // self.settings.period_ps
             with lock:
                 best, distance = outcome.best, outcome.distance
@@ -279,8 +296,11 @@ class Searcher:
         arrays.start_ps = lent(roots.start_ps, wp.int64, device)
         arrays.end_ps = lent(roots.end_ps, wp.int64, device)
         arrays.period_ps = self.settings.period_ps
-        free = np.array(self.settings.free_mm) + SLACK_MM
-        arrays.free_mm = lent(free, wp.float64, device)
+        free = np.array(self.settings.free_mm)
+        if pair is not None:
+            given = roots.free_mm
+            free = np.full(len(roots.piece), free[pair]) if given is None else given
+        arrays.free_mm = lent(free + SLACK_MM, wp.float64, device)
         arrays.touching_mm = SLACK_MM
         arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode

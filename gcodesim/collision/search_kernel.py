@@ -77,12 +77,12 @@ class RootArrays:
     start_ps: wp.array[wp.int64]
     end_ps: wp.array[wp.int64]
     period_ps: wp.int64
-    free_mm: wp.array[wp.float64]  # pair -> a proof must leave more than this; < 0: left out
+    free_mm: wp.array[wp.float64]  # slot -> a proof must leave more than this; < 0: left out
     touching_mm: wp.float64  # the same where only touches at samples count
     mode: wp.int32  # see MODE_AT_SAMPLES and its neighbours
     first_pair: wp.int32  # pair of the first column of threads
     stack_limit: wp.int32  # at most STACK_SIZE
-    per_root: wp.int32  # 1: near_out and distance_out have an entry per root, else per pair
+    per_root: wp.int32  # 1: a slot of free_mm, near_out and distance_out per root, else per pair
 
 
 @wp.struct
@@ -343,7 +343,7 @@ def touch_ends(
 
 @wp.func
 def distance_to_prove(
-    roots: RootArrays, pair: wp.int32, behind_near: wp.bool, smallest: wp.float64
+    roots: RootArrays, slot: wp.int32, behind_near: wp.bool, smallest: wp.float64
 ):
     """What a proof must leave: less than the smallest distance known, when that is looked for.
 
@@ -353,7 +353,7 @@ def distance_to_prove(
         return smallest - MINIMUM_GOOD_TO
     if roots.mode == AT_ALL_TIMES and behind_near:
         return roots.touching_mm
-    return roots.free_mm[pair]
+    return roots.free_mm[slot]
 
 
 @wp.kernel
@@ -376,7 +376,7 @@ def search_roots(
     pair = roots.first_pair + column
     slot = wp.where(roots.per_root == 1, root, pair)
     period = roots.period_ps
-    if roots.free_mm[pair] < wp.float64(0.0):
+    if roots.free_mm[slot] < wp.float64(0.0):
         return
     stack = wp.zeros(shape=(STACK,), dtype=Item)
     stack[0] = root_item(forest, roots, root, pair)
@@ -395,7 +395,7 @@ def search_roots(
         behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
         if behind and near_out[slot] <= step:
             continue
-        free = distance_to_prove(roots, pair, near_out[slot] <= step, distance_out[slot])
+        free = distance_to_prove(roots, slot, near_out[slot] <= step, distance_out[slot])
         items += wp.int64(1)
         view = view_of(path, chains.sides, motion, pair, item, period)
         proof = prove(path, chains, forest, motion, pair, item, view, free)

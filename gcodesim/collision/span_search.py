@@ -8,9 +8,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.clearance import LEFT_OUT, Nearness, nearest_of_all, too_near
+from gcodesim.collision.clearance import Nearness, nearest_of_all, too_near
 from gcodesim.collision.contact import touching_triangles
-from gcodesim.collision.departure import departures
+from gcodesim.collision.departure import Departures, departures
 from gcodesim.collision.events import Contact, Place
 from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
 from gcodesim.collision.forest import build_forest
@@ -21,6 +21,7 @@ from gcodesim.collision.leave_out import (
     swept_partners,
     without_far_triangles,
 )
+from gcodesim.collision.limits import LEFT_OUT
 from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.poses import PathArrays
 from gcodesim.collision.search import Searcher, Settings
@@ -119,10 +120,10 @@ def search_span(
 
 def _leave_out(
     place: Place, aims: Aims, findings: SpanFindings
-) -> tuple[Place, tuple[float, ...], tuple[float, ...]]:
-    """The place without what cannot matter, and per pair two distances [mm].
+) -> tuple[Place, tuple[float, ...], Departures]:
+    """The place without what cannot matter.
 
-    The first is what a proof must leave, the second how far the pair may be off its path.
+    With it, per pair what a proof must leave [mm], and how far the pair may be off its path.
     """
     scene, travels = place.scene, place.travels
     tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
@@ -132,7 +133,7 @@ def _leave_out(
         return place, tuple(free), departing
     needed = [
         max(tolerance, aims.clearance_of(pair) + off)
-        for pair, off in zip(scene.pairs, departing, strict=True)
+        for pair, off in zip(scene.pairs, departing.largest.tolist(), strict=True)
     ]
     samples = sample_count(place.path, place.period_ps)
     swept = swept_partners(scene, travels)
@@ -182,25 +183,20 @@ def _look_at_clearances(
     searcher: Searcher,
     aims: Aims,
     stretch: tuple[int, int, int],
-    departing: tuple[float, ...],
+    departing: Departures,
     findings: SpanFindings,
 ) -> None:
-    """Clearances that are not kept, and the smallest distances if asked for.
-
-    A machine that may be off its path by some distance must keep that much more.
-    """
+    """Clearances that are not kept, and the smallest distances if asked for."""
     first, end, best = stretch
     if first == end:
         return
     pairs = place.scene.pairs
-    kept = searcher.settings.free_mm
-    asked = [
-        aims.clearance_of(pair) + off if free >= 0.0 else 0.0
-        for pair, free, off in zip(pairs, kept, departing, strict=True)
-    ]
+    asked = tuple(
+        aims.clearance_of(pair) if free >= 0.0 else LEFT_OUT
+        for pair, free in zip(pairs, searcher.settings.free_mm, strict=True)
+    )
     findings.too_near = [
-        (pairs[near.pair], replace(near, departure=departing[near.pair]))
-        for near in too_near(searcher, asked, first, end, best)
+        (pairs[near.pair], near) for near in too_near(searcher, asked, departing, first, end, best)
     ]
     if aims.minimum:
         findings.minimums = [

@@ -1,0 +1,119 @@
+"""Limits over time: never reached unsaid, never said too early, and however the path is cut."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from collision.random_programs import Setup, cut_up, random_trial
+from numpy.typing import NDArray
+
+from gcodesim.collision.bounds import travelled
+from gcodesim.collision.departure import Departures, departures
+from gcodesim.collision.exhaustive import NO_CONTACT
+from gcodesim.collision.forest import build_forest
+from gcodesim.collision.limits import LEFT_OUT, Limits, Reach, first_reached
+from gcodesim.collision.near import distances_at, nearest_at
+from gcodesim.collision.poses import path_arrays
+from gcodesim.collision.scene import build_scene
+from gcodesim.collision.search import Searcher, Settings
+from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES
+from gcodesim.constants import PAIR_BITS
+from gcodesim.machine.model import Servo
+from gcodesim.machine.spindle import bodies_in_place
+from gcodesim.motion.lag import lag_over_time
+from gcodesim.motion.off_path import OffPath
+from gcodesim.motion.servo import servo_deviation
+
+INSTANTS = 1500
+GOOD_TO = 1e-6
+CUTS = [
+    Setup(level=0, chunk=7, batch=4),
+    Setup(level=3, chunk=16, batch=8, threads=2),
+    Setup(level=5, chunk=512),
+]
+
+
+class Case(NamedTuple):
+    """A searcher of a random program whose joints lag, and how far its pairs may be off."""
+
+    searcher: Searcher
+    departures: Departures
+    clearances: tuple[float, ...]
+
+
+def random_case(seed: int) -> Case:
+    rng = np.random.default_rng([31, seed])
+    trial = random_trial(seed, rng.uniform(0, 90))
+    path, m = trial.path, trial.machine
+    constant = 10.0 ** rng.uniform(-3, -0.5)
+    servos = (Servo(1, constant), Servo(2, constant, rng.uniform(0.3, 2.0)), None)
+    m = replace(m, joints=tuple(replace(j, servo=servos[rng.integers(3)]) for j in m.joints))
+    bodies = bodies_in_place(m, 1)
+    scene = build_scene(m.pairs, bodies, m.joints, "cpu")
+    joints = travelled(m.joints, path)
+    off = OffPath(
+        float(rng.choice([0.0, 0.3])),
+        tuple(servo_deviation(path, m).tolist()),
+        lag_over_time(path, m),
+    )
+    free = (0.0,) * len(m.pairs)
+    settings = Settings(trial.period_ps, MODE_AT_ALL_TIMES, free, 2)
+    forest = build_forest(scene, joints)
+    searcher = Searcher(scene, forest, path, path_arrays(path, "cpu"), joints, settings)
+    clearances = rng.choice([LEFT_OUT, 0.0, 1.0, 10.0], len(m.pairs), p=[0.1, 0.5, 0.2, 0.2])
+    return Case(searcher, departures(scene, joints, off), tuple(clearances.tolist()))
+
+
+def limit_at(case: Case, pair: int, times: NDArray[np.int64]) -> NDArray[np.float64]:
+    return case.clearances[pair] + case.departures.over(pair, times - 1, times)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_the_first_time_at_a_limit_is_neither_missed_nor_said_too_early(seed: int) -> None:
+    case = random_case(seed)
+    searcher, path = case.searcher, case.searcher.path
+    limits = Limits(case.clearances, case.departures)
+    found = first_reached(searcher, limits, 0, len(path), NO_CONTACT)
+    rng = np.random.default_rng([32, seed])
+    times = np.unique(rng.integers(1, path.duration_ps, INSTANTS))
+    for pair, asked in enumerate(case.clearances):
+        if asked < 0.0:
+            assert pair not in found
+            continue
+        distance = distances_at(searcher, pair, times)
+        reached = times[distance <= limit_at(case, pair, times) - GOOD_TO]
+        if len(reached):
+            assert found[pair].time_ps <= reached[0]
+        if pair in found:
+            _assert_not_too_early(case, pair, found[pair])
+
+
+def _assert_not_too_early(case: Case, pair: int, reach: Reach) -> None:
+    """The pair is at the limit then, and that is the largest of the sample step."""
+    searcher, bounds = case.searcher, case.searcher.path.bounds_ps
+    time = np.array([reach.time_ps])
+    assert nearest_at(searcher, pair, reach.time_ps).distance <= reach.limit + GOOD_TO
+    piece = searcher.path.piece_at(time)
+    period = searcher.settings.period_ps
+    start = np.maximum((time - 1) // period * period, bounds[piece])
+    end = np.minimum(start // period * period + period, bounds[piece + 1])
+    step = case.clearances[pair] + case.departures.over(pair, start, end)[0]
+    assert reach.limit == pytest.approx(step, rel=1e-12)
+    assert reach.departure == pytest.approx(reach.limit - case.clearances[pair])
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_cutting_the_path_up_changes_nothing(seed: int) -> None:
+    case = random_case(seed)
+    limits, path = Limits(case.clearances, case.departures), case.searcher.path
+    whole = first_reached(case.searcher, limits, 0, len(path), NO_CONTACT)
+    for setup in CUTS:
+        with cut_up(setup):
+            assert first_reached(case.searcher, limits, 0, len(path), NO_CONTACT) == whole
+    for pair, reach in whole.items():
+        before = (reach.time_ps // case.searcher.settings.period_ps - 1 << PAIR_BITS) + pair
+        early = first_reached(case.searcher, limits, 0, len(path), max(before, 0))
+        assert pair not in early
