@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from gcodesim.collision.triangles import triangles_intersect
     from gcodesim.errors import UsageError
     from gcodesim.findings import Finding
-    from gcodesim.flow import Options
+    from gcodesim.options import Options
     from gcodesim.verdict import CheckResult as Report
 
 __all__ = [
@@ -26,7 +26,7 @@ __version__ = "0.1.0"
 
 _HOMES = {
     "Finding": ("gcodesim.findings", "Finding"),
-    "Options": ("gcodesim.flow", "Options"),
+    "Options": ("gcodesim.options", "Options"),
     "Report": ("gcodesim.verdict", "CheckResult"),
     "UsageError": ("gcodesim.errors", "UsageError"),
     "check": ("gcodesim.api", "check"),

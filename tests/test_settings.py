@@ -130,40 +130,65 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
     ("text", "said"),
     [
         ("machine =  ?", "gcodesim.toml: no valid TOML: Invalid value (at line 1, column 12)"),
-        ("mashine = 'x'", "gcodesim.toml: unknown key 'mashine'; did you mean 'machine'?"),
-        ("update-baseline = true", "gcodesim.toml: unknown key 'update-baseline'"),
-        ("feed = 'fast'", "gcodesim.toml: feed: 'fast' is not a valid float range."),
-        ("feed = true", "gcodesim.toml: feed: expected a text or a number, not True"),
-        ("quiet = 'yes'", "gcodesim.toml: quiet: expected true or false, not 'yes'"),
-        ("select = 'GC2'", "gcodesim.toml: select: expected a list of texts, not 'GC2'"),
-        ("stop = 'never'", "gcodesim.toml: stop: 'never' is not one of 'first', 'all'."),
-        ("sample-period = 1", "gcodesim.toml: sample-period: '1': expected a time"),
+        ("mashine = 'x'", "gcodesim.toml:1: mashine: unknown key; did you mean 'machine'?"),
+        ("update-baseline = true", "gcodesim.toml:1: update-baseline: unknown key; "),
+        ("\n\nfeed = 'fast'", "gcodesim.toml:3: feed: 'fast' is not a valid float range."),
+        ("feed = true", "gcodesim.toml:1: feed: expected a text or a number, not True"),
+        ("quiet = 'yes'", "gcodesim.toml:1: quiet: expected true or false, not 'yes'"),
+        ("select = 'GC2'", "gcodesim.toml:1: select: expected a list of texts, not 'GC2'"),
+        ("stop = 'never'", "gcodesim.toml:1: stop: 'never' is not one of 'first', 'all'."),
+        ("sample-period = 1", "gcodesim.toml:1: sample-period: '1': expected a time"),
         (
-            "ignore = ['GC1']",
-            "gcodesim.toml: ignore GC1: a contact is never ignored without a reason",
+            "quiet = true\nignore = [\n  'GC1',\n]",
+            "gcodesim.toml:2: ignore GC1: a contact is never ignored without a reason",
         ),
-        ("ignore = {GC402 = 'x'}", "gcodesim.toml: ignore GC402=x: GC402 cannot be ignored"),
+        ("[ignore]\nGC402 = 'x'", "gcodesim.toml:1: ignore GC402=x: GC402 cannot be ignored"),
         (
             "report = ['xml=a']",
-            "gcodesim.toml: report xml=a: unknown format 'xml'; valid: text, json",
+            "gcodesim.toml:1: report xml=a: unknown format 'xml'; valid: text, json",
         ),
-        ("report = ['junit']", "gcodesim.toml: report junit: expected FORMAT=PATH"),
+        ("report = ['junit']", "gcodesim.toml:1: report junit: expected FORMAT=PATH"),
+        ("method = 'paper'\naudit = true", "gcodesim.toml:2: audit needs --method search, not"),
         ("baseline = 'no.json'", "no.json: there is no such file"),
-        ("jobs = 1", "gcodesim.toml: jobs: expected [[jobs]], a list of tables"),
-        ("[[jobs]]\nmachine = 'x'", "gcodesim.toml: jobs[0].programs: expected a list of patterns"),
-        ("[[jobs]]\nprograms = ['*.nc']", "jobs[0].programs: no file matches '*.nc' in folder '.'"),
-        ("[[jobs]]\nprograms = ['/x']", "jobs[0].programs: '/x': "),
-        ("[[jobs]]\nprograms = ['x']\nformat = 'json'", "jobs[0].format: holds for the whole run"),
-        ("[[jobs]]\nprograms = ['x']\nfed = 1", "gcodesim.toml: jobs[0]: unknown key 'fed'"),
+        ("jobs = 1", "gcodesim.toml:1: jobs: expected [[jobs]], a list of tables"),
+        ("[[jobs]]\nfeed = 1", "gcodesim.toml:1: jobs[0].programs: expected a list of patterns"),
+        ("[[jobs]]\nprograms = ['*.nc']", "gcodesim.toml:2: jobs[0].programs: no file matches"),
+        ("[[jobs]]\nprograms = ['/x']", "gcodesim.toml:2: jobs[0].programs: '/x': "),
+        (
+            "[[jobs]]\nprograms = ['x']\nformat = 'json'",
+            "gcodesim.toml:3: jobs[0].format: holds for the whole run",
+        ),
+        (
+            "feed = 1 # feed = 2\n[[jobs]]\nprograms = ['x']\n[[jobs]]\nprograms = ['x']\nfed = 1",
+            "gcodesim.toml:6: jobs[1].fed: unknown key",
+        ),
     ],
 )
 def test_a_wrong_file_is_named_with_what_would_be_right(shop: Path, text: str, said: str) -> None:
-    (shop / "gcodesim.toml").write_text(text if "machine" in text else f"{text}\n")
-    programs = [] if "jobs" in text else ["parts/good.nc", "--device", "cpu"]
+    (shop / "gcodesim.toml").write_text(f"{text}\n")
+    programs = [] if "jobs" in text else ["parts/good.nc", "--machine", "table_tilt"]
     result = check(*programs)
     assert result.exit_code == 2
     assert said in result.stderr
     assert "Traceback" not in result.stderr
+
+
+def test_lines_are_those_of_the_keys_whatever_stands_around_them(shop: Path) -> None:
+    """Texts and lists over several lines, comments, other tables, and keys in quotes."""
+    (shop / "pyproject.toml").write_text(
+        '[project]\nfeed = 1\nnote = """\n[tool.gcodesim]\nfeed = 2\n"""\n'
+        '[tool.gcodesim] # feed = 3\nreport = [\n  # feed = 4\n  "json=a",\n]\n"feed" = "fast"\n'
+    )
+    (shop / "gcodesim.toml").unlink()
+    assert "pyproject.toml:12: feed: 'fast' is not" in check("parts/good.nc").stderr
+
+
+def test_a_job_may_have_several_machines(shop: Path) -> None:
+    job = '[[jobs]]\nprograms = ["parts/good.nc"]\nmachine = ["table_tilt", "head_tilt"]\n'
+    (shop / "gcodesim.toml").write_text('device = "cpu"\nsample-period = "10ms"\n' + job)
+    assert [r["machine"] for r in reports()] == ["table_tilt", "head_tilt"]
+    done = reports("parts/good.nc", "--machine", "head_tilt", "--machine", "table_tilt")
+    assert [r["machine"] for r in done] == ["head_tilt", "table_tilt"]
 
 
 def test_programs_under_different_settings_are_not_mixed(shop: Path) -> None:

@@ -1,27 +1,23 @@
-"""Jobs: which programs are checked on which machine, in which order, and what makes one done."""
+"""Jobs: a program on a machine, in which order they are done, and what makes one done."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cache
-from glob import glob, has_magic
 from pathlib import Path
 from typing import Any
 
 from gcodesim import __version__
 from gcodesim.errors import UsageError
-from gcodesim.flow import Options
 from gcodesim.machine.files import files_of
+from gcodesim.options import Options
 from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.policy import Policy
 from gcodesim.policy.rules import parse_prefix, parse_rule
-
-SUFFIXES = {".nc", ".ngc", ".cnc", ".tap", ".mpf", ".min", ".eia", ".gcode"}
-"""Endings of the files that count as programs when a folder is given."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +30,7 @@ class Job:
         rapids: linear | dogleg, None as the machine file says.
         options: of the check.
         fail_on, select, ignore, baseline: what counts, as for `gcodesim check`.
+        snapshot: file for the picture of what was found, "" where none is wanted.
         folder: where the names are looked up.
         size: of the program [bytes]; a longer one is begun earlier.
         model: hash of the files of machine, setup, tools and baseline.
@@ -52,6 +49,7 @@ class Job:
     select: tuple[str, ...] = ()
     ignore: tuple[str, ...] = ()
     baseline: str | None = None
+    snapshot: str = ""
     folder: str = field(default_factory=os.getcwd)
     size: int = 0
     model: str = ""
@@ -85,31 +83,6 @@ class Job:
         return names | {"key": self.key}
 
 
-def find_programs(patterns: Sequence[str]) -> list[str]:
-    """Programs named by files, glob patterns (`**` too) and folders, each once, in order.
-
-    Raises:
-        UsageError: a pattern or folder holds no program.
-    """
-    programs: dict[str, None] = {}
-    for pattern in patterns:
-        found = sorted(_programs(pattern))
-        if not found:
-            raise UsageError(f"{pattern}: no program there (*{', *'.join(sorted(SUFFIXES))})")
-        programs |= dict.fromkeys(found)
-    return list(programs)
-
-
-def _programs(pattern: str) -> Iterator[str]:
-    if has_magic(pattern) and not Path(pattern).exists():
-        yield from (name for name in glob(pattern, recursive=True) if Path(name).is_file())
-    elif Path(pattern).is_dir():
-        files = (path for path in Path(pattern).rglob("*") if path.suffix.lower() in SUFFIXES)
-        yield from (str(path) for path in files if path.is_file())
-    else:
-        yield pattern  # a missing file is an answer of its own program
-
-
 def prepare(jobs: Iterable[Job]) -> list[Job]:
     """The jobs with size and key, longest program first."""
     digest = cache(model_digest)  # of this call only: files change
@@ -139,6 +112,6 @@ def _keyed(job: Job, digest: Callable[..., str]) -> Job:
     except (UsageError, OSError):
         return job
     job = replace(job, size=len(text), model=model)
-    # A result does not depend on where the folder lies.
-    asked = json.dumps(asdict(replace(job, folder="")), sort_keys=True)
+    # A result does not depend on where the folder lies, or what its picture is called.
+    asked = json.dumps(asdict(replace(job, folder="", snapshot="")), sort_keys=True)
     return replace(job, key=hashlib.sha256(asked.encode() + b"\0" + text).hexdigest()[:32])

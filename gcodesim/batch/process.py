@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -22,6 +23,9 @@ sys.path[:] = {path!r}
 from gcodesim.batch.worker import serve
 serve({device!r})
 """
+
+_ONE_THREAD = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS"), "1")
+"""NumPy's products of a check are small: threads for them take longer to start than they save."""
 
 
 class WorkerProcess:
@@ -101,9 +105,10 @@ class WorkerProcess:
         """The next line of the process; a part of one, or nothing, when it ends."""
         assert self._process is not None
         assert self._process.stdout is not None
-        clock = Timer(limit_s or 0.0, self._process.kill)
-        if limit_s is not None:
-            clock.start()
+        if limit_s is None:
+            return self._process.stdout.readline()
+        clock = Timer(limit_s, self._process.kill)
+        clock.start()
         try:
             return self._process.stdout.readline()
         finally:
@@ -117,6 +122,7 @@ def _start(device: str) -> subprocess.Popen[str]:
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         encoding="utf-8",
+        env=_ONE_THREAD | os.environ,
     )
 
 

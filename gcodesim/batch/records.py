@@ -11,7 +11,10 @@ from gcodesim.report.json_report import report_dict
 from gcodesim.verdict import EXIT_CODES, USAGE_EXIT, CheckResult, Coverage
 
 Record = dict[str, Any]
-"""The label of a job, the `seconds` its check took, and `report` or, with exit code 2, `error`."""
+"""The label of a job, the `seconds` its check took, and `report` or, with exit code 2, `error`.
+
+`unwritten` says why its picture is not there.
+"""
 
 WORKER_LOST, OVERDUE = "worker_lost", "overdue"
 """Meanings of GC901 where a worker process ended, or was ended at the time limit."""
@@ -34,6 +37,7 @@ def lost(job: Job, meaning: str, why: str, seconds: float = 0.0) -> Record:
         first_contact=None,
         findings=(Finding("GC901", why, meaning, file=job.program),),
         coverage=Coverage(),
+        setup=job.setup or "",
     )
     return {**job.label, "seconds": seconds, "report": report_dict(result)}
 
@@ -45,7 +49,7 @@ def exit_code(record: Record) -> int:
 
 def is_done(record: Record) -> bool:
     """Whether the answer stands: a lost job, or one whose files were missing, is tried again."""
-    if "error" in record or not record["key"]:
+    if "error" in record or "unwritten" in record or not record["key"]:
         return False
     meanings = {finding.get("meaning") for finding in record["report"]["findings"]}
     return not meanings & {WORKER_LOST, OVERDUE}

@@ -7,7 +7,8 @@ not checked, and makes the whole INCONCLUSIVE: half a batch is never taken for a
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, TextIO
@@ -139,7 +140,7 @@ def write_results(path: str, results: Results) -> None:
 
 
 def merge_results(paths: Sequence[str]) -> Results:
-    """The results of several files as one; of the same job the later file counts.
+    """The results of several files as one; of the same job of the same part the later file counts.
 
     Raises:
         UsageError: a file cannot be read, or the files are parts of batches of different sizes.
@@ -150,12 +151,24 @@ def merge_results(paths: Sequence[str]) -> Results:
         raise UsageError(f"parts of different batches: of {', of '.join(map(str, sorted(counts)))}")
     (count,) = counts
     there = {results.plan.shard[0] for results in all_results}
-    jobs = {identity(job)[:3]: job for results in all_results for job in results.plan.jobs}
+    jobs = {place: job for results in all_results for place, job in _places(results.plan)}
     missing = tuple(f"{i}/{count}" for i in range(1, count + 1) if i not in there)
     merged = Results(Plan(list(jobs.values())), missing_shards=missing)
     for results in all_results:
         merged.records.update(results.records)
     return merged
+
+
+def _places(plan: Plan) -> Iterator[tuple[tuple[Any, ...], Label]]:
+    """Yield every job with its place in the batch, which stays when the program is changed.
+
+    A program may be checked twice on one machine, with different options: none must be lost.
+    """
+    counts: Counter[tuple[str, ...]] = Counter()
+    for job in plan.jobs:
+        names = identity(job)[:3]
+        counts[names] += 1
+        yield (plan.shard[0], *names, counts[names]), job
 
 
 def _cut_off_half_a_line(path: Path) -> None:

@@ -72,7 +72,7 @@ def do(job: Job) -> Record:
     told: dict[str, Any]
     try:
         with chdir(job.folder):
-            told = {"report": _report(job)}
+            told = _told(job)
     except (UsageError, OSError) as error:
         told = {"error": str(error)}
     except Exception as error:
@@ -82,14 +82,23 @@ def do(job: Job) -> Record:
     return {**job.label, "seconds": time.perf_counter() - begin, **told}
 
 
-def _report(job: Job) -> dict[str, Any]:
+def _told(job: Job) -> dict[str, Any]:
+    """What a record says besides the label of its job."""
     if job.version != __version__:
         raise UsageError(f"this worker has gcodesim {__version__}, the batch {job.version}")
     text = read_program(job.program)
-    machine, policy = _loaded(replace(job, program="", size=0, key=""))
+    machine, policy = _loaded(replace(job, program="", snapshot="", size=0, key=""))
     result = check_program(text, job.program, machine, job.options)
     result = replace(result, setup=job.setup or "")
-    return report_dict(policy.apply(result, text, stop_all=job.options.stop_all))
+    result, told = policy.apply(result, text, stop_all=job.options.stop_all), {}
+    if job.snapshot and result.shown:
+        from gcodesim.report.snapshot import with_snapshot  # slow to import, and seldom needed
+
+        try:
+            result = with_snapshot(result, job.snapshot)
+        except OSError as error:  # the answer stands without it
+            told = {"unwritten": str(error)}
+    return {"report": report_dict(result), **told}
 
 
 @lru_cache(LOADED)

@@ -13,8 +13,13 @@ from typing import TYPE_CHECKING, Any, Literal
 import click
 
 from gcodesim.cli.check import check
-from gcodesim.cli.options import FiniteRange, machine_path_of
+from gcodesim.cli.options import FiniteRange
+from gcodesim.cli.pictures import Pictures, picture_names
+from gcodesim.cli.plan import Plan
+from gcodesim.cli.reports import Destination, parse_destinations, write_reports
+from gcodesim.cli.settings import make_plans
 from gcodesim.errors import UsageError
+from gcodesim.verdict import USAGE_EXIT
 
 if TYPE_CHECKING:
     from gcodesim.batch.jobs import Job
@@ -24,13 +29,12 @@ if TYPE_CHECKING:
     CheckJobs = Callable[[Sequence[Job]], Iterator[Record]]
 
 OF_CHECK = (
-    *("setup", "tools", "dialect", "feed", "block_delete", "max_blocks", "rapids"),
-    *("sample_period", "between_samples", "clearance", "min_clearance", "audit"),
-    *("fail_on", "select", "ignore", "baseline"),
-    *("device", "allow_outside", "quiet", "no_color"),
+    *("machines", "setup", "tools", "dialect", "feed", "block_delete", "max_blocks", "rapids"),
+    *("sample_period", "method", "between_samples", "clearance", "min_clearance", "stop", "audit"),
+    *("fail_on", "select", "ignore", "baseline", "settings", "show_settings"),
+    *("report", "snapshot", "device", "allow_outside", "quiet", "no_color"),
 )
 """Options that mean here what they mean in `gcodesim check`, by their names in Python."""
-
 
 WIDE = 1000
 """Width of the table where standard output is no terminal [characters]."""
@@ -45,15 +49,7 @@ def shard(text: str) -> tuple[int, int]:
 
 
 @click.command()
-@click.argument("patterns", nargs=-1, required=True, metavar="PATTERN...")
-@click.option(
-    "--machine",
-    "machines",
-    multiple=True,
-    metavar="M.yaml",
-    help="Machine file, or the name of a shipped machine; every program is checked on each. Left "
-    "out: the one the setup names.",
-)
+@click.argument("patterns", nargs=-1, metavar="PATTERN...")
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
@@ -82,15 +78,26 @@ def shard(text: str) -> tuple[int, int]:
 )
 @click.option("--html", metavar="FILE", help="Write an overview page.")
 def batch(patterns: tuple[str, ...], **given: Any) -> None:
-    """Check all programs that PATTERNs name: files, globs and folders."""
-    if given["resume"] and not given["out"]:
+    """Check all programs that PATTERNs name: files, globs and folders.
+
+    Without PATTERNs the jobs of the settings file are carried out.
+    """
+    from gcodesim.batch.programs import find_programs
+
+    plans = make_plans(click.get_current_context(), find_programs(patterns))
+    of_run = given | plans[0].values
+    if of_run["resume"] and not of_run["out"]:
         raise UsageError("--resume needs --out FILE: the results to go on with")
-    if given["jobs"] and given["scheduler"] not in (None, "local"):
+    if of_run["jobs"] and of_run["scheduler"] not in (None, "local"):
         raise UsageError("--jobs is for workers of this machine: a scheduler has its own")
-    with _workers(given) as check_jobs:
-        results = _run(patterns, given, check_jobs)
-    _show(results, given["html"], given["no_color"])
-    sys.exit(results.exit_code)
+    with _workers(of_run) as check_jobs:
+        destinations = _destinations(plans, of_run)
+        results = _run(plans, of_run, check_jobs)
+    _show(results, of_run["html"], of_run["no_color"], destinations)
+    unwritten = [record["unwritten"] for record in results.done if "unwritten" in record]
+    for why in unwritten:
+        click.echo(f"gcodesim: no snapshot: {why}", err=True)
+    sys.exit(USAGE_EXIT if unwritten and of_run["snapshot"] else results.exit_code)
 
 
 batch.params += [option for option in check.params if option.name in OF_CHECK]
@@ -100,86 +107,99 @@ batch.params += [option for option in check.params if option.name in OF_CHECK]
 @click.argument("files", nargs=-1, required=True, metavar="RESULTS...")
 @click.option("--out", metavar="FILE", help="Write the joined results.")
 @click.option("--html", metavar="FILE", help="Write an overview page.")
-@click.option("--no-color", is_flag=True, help="No colours; NO_COLOR does the same.")
-def merge(files: tuple[str, ...], out: str | None, html: str | None, no_color: bool) -> None:
+def merge(files: tuple[str, ...], **given: Any) -> None:
     """Join RESULTS of the parts of a batch; a part that is missing is INCONCLUSIVE."""
     from gcodesim.batch.results import merge_results, write_results
 
+    taken = _taken(given) | dict.fromkeys(files, "a part that is joined")
+    destinations = parse_destinations(given["report"], "--report", taken)
     results = merge_results(files)
-    if out:
-        write_results(out, results)
-    _show(results, html, no_color)
+    if given["out"]:
+        write_results(given["out"], results)
+    _show(results, given["html"], given["no_color"], destinations)
     sys.exit(results.exit_code)
 
 
-def _jobs(patterns: Sequence[str], given: dict[str, Any]) -> Iterator[Job]:
-    """Yield every program on every machine."""
-    from gcodesim.batch.jobs import Job, find_programs
-    from gcodesim.flow import Options
-    from gcodesim.nc.control import MAX_BLOCKS
+merge.params += [option for option in check.params if option.name in ("report", "no_color")]
 
-    options = Options(
-        dialect=given["dialect"],
-        feed=given["feed"],
-        period_ps=given["sample_period"],
-        device=given["device"],
-        between=given["between_samples"] == "on",
-        clearance=given["clearance"],
-        minimum=given["min_clearance"],
-        audit=given["audit"],
-        block_delete=given["block_delete"],
-        max_blocks=given["max_blocks"] or MAX_BLOCKS,
-    )
-    for program in find_programs(patterns):
-        for machine in given["machines"] or [machine_path_of(None, given["setup"])]:
+
+def _destinations(plans: Sequence[Plan], of_run: dict[str, Any]) -> list[Destination]:
+    """What --report asks for."""
+    programs = (program for plan in plans for program in plan.programs)
+    taken = _taken(of_run) | dict.fromkeys(programs, "a program that is checked")
+    return parse_destinations(of_run["report"], plans[0].label("report"), taken)
+
+
+def _taken(given: dict[str, Any]) -> dict[str, str]:
+    """Files that are written besides the reports, and what they are; their folders are made."""
+    files = {given["out"]: "where the results go", given["html"]: "where the overview page goes"}
+    taken = {file: what for file, what in files.items() if file}
+    for file in taken:
+        Path(file).parent.mkdir(parents=True, exist_ok=True)
+    return taken
+
+
+def _jobs(plans: Sequence[Plan], of_run: dict[str, Any]) -> Iterator[Job]:
+    """Yield every program on every machine; whatever is wrong with its options is told first."""
+    from gcodesim.batch.jobs import Job
+    from gcodesim.policy.baseline import read_baseline
+
+    baseline = read_baseline(of_run["baseline"]) if of_run["baseline"] else None
+    checks = [pair for plan in plans for pair in plan.checks]
+    names = iter(picture_names(checks))
+    pictures = Pictures(of_run["snapshot"], None, None, len(checks) > 1)
+    for plan in plans:
+        values, options = plan.values, plan.options()
+        plan.policy(baseline)
+        for program, machine in plan.checks:
             yield Job(
                 program,
                 machine,
-                given["setup"],
-                given["tools"],
-                given["allow_outside"],
-                given["rapids"],
+                values["setup"],
+                values["tools"],
+                values["allow_outside"],
+                values["rapids"],
                 options,
-                given["fail_on"],
-                given["select"],
-                given["ignore"],
-                given["baseline"],
+                values["fail_on"],
+                values["select"],
+                values["ignore"],
+                values["baseline"],
+                pictures.snapshot_file(next(names)),
             )
 
 
 @contextmanager
-def _workers(given: dict[str, Any]) -> Iterator[CheckJobs]:
+def _workers(of_run: dict[str, Any]) -> Iterator[CheckJobs]:
     """What checks jobs: workers of this machine, which warm up from now on, or a cluster."""
-    limit_s = given["time_limit"]
-    if given["scheduler"]:
+    limit_s = of_run["time_limit"]
+    if of_run["scheduler"]:
         from gcodesim.batch.cluster import check_on_cluster
 
-        yield lambda jobs: check_on_cluster(jobs, given["scheduler"], given["jobs"], limit_s)
+        yield lambda jobs: check_on_cluster(jobs, of_run["scheduler"], of_run["jobs"], limit_s)
         return
     from gcodesim.batch.pool import check_local, warm_workers, worker_devices
 
-    with warm_workers(worker_devices(given["device"], given["jobs"])) as workers:
+    with warm_workers(worker_devices(of_run["device"], of_run["jobs"])) as workers:
         yield lambda jobs: check_local(jobs, workers, limit_s)
 
 
-def _run(patterns: Sequence[str], given: dict[str, Any], check_jobs: CheckJobs) -> Results:
+def _run(plans: Sequence[Plan], of_run: dict[str, Any], check_jobs: CheckJobs) -> Results:
     """Do what is not done yet; every record is written as soon as it is there."""
     from gcodesim.batch.jobs import prepare, shard_of
-    from gcodesim.batch.results import Plan, Results, identity, start_results, write_record
+    from gcodesim.batch.results import Plan as RunPlan
+    from gcodesim.batch.results import Results, identity, start_results, write_record
 
-    jobs = prepare(_jobs(patterns, given))
-    jobs[0].policy()  # what is wrong with it is told before any check
-    jobs = shard_of(jobs, *given["shard"])
-    plan = Plan([job.label for job in jobs], given["shard"])
-    path, results = given["out"], Results(plan)
+    jobs = shard_of(prepare(_jobs(plans, of_run)), *of_run["shard"])
+    plan = RunPlan([job.label for job in jobs], of_run["shard"])
+    path, results = of_run["out"], Results(plan)
     if path:
-        results = start_results(path, plan, resume=given["resume"])
+        results = start_results(path, plan, resume=of_run["resume"])
     left = [job for job in jobs if identity(job.label) not in results.records]
     if len(left) < len(jobs):
         click.echo(f"gcodesim: {len(jobs) - len(left)} of {len(jobs)} are done already", err=True)
     with (
         open(path or os.devnull, "a", encoding="utf-8") as out,
-        _progress(len(left), given["quiet"]) as advance,
+        _progress(len(left), of_run["quiet"]) as advance,
     ):
         for record in check_jobs(left):
             results.add(record)
@@ -216,18 +236,25 @@ def _progress(count: int, quiet: bool) -> Iterator[Callable[[Record], None]]:
         yield advance
 
 
-def _show(results: Results, html: str | None, no_color: bool) -> None:
-    """The overview, on standard output and as a page."""
+def _show(
+    results: Results, html: str | None, no_color: bool, destinations: Sequence[Destination]
+) -> None:
+    """The overview, on standard output and as a page; then the reports."""
     from rich.console import Console
 
     from gcodesim.report.overview import print_overview, rows_of
     from gcodesim.report.overview_page import overview_page
+    from gcodesim.report.reading import run_of
 
-    rows = rows_of(results.done, results.missing, results.missing_shards)
+    told = results.done, results.missing, results.missing_shards
+    rows = rows_of(*told)
     plain = no_color or bool(os.environ.get("NO_COLOR"))
     colors: Literal["auto"] | None = None if plain else "auto"
     # A file or a pipe has no width that would cut off what is said.
     width = None if sys.stdout.isatty() else WIDE
     print_overview(rows, Console(color_system=colors, highlight=False, width=width))
     if html:
-        Path(html).write_text(overview_page(rows, results.plan.version), encoding="utf-8")
+        page = overview_page(rows, results.plan.version, Path(html).parent)
+        Path(html).write_text(page, encoding="utf-8")
+    if destinations:
+        write_reports(run_of(*told), "text", destinations)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,21 +13,21 @@ import click
 from gcodesim.cli.options import (
     FiniteRange,
     language_options,
-    machine_path_of,
     period,
     progress_bar,
     read_text,
 )
-from gcodesim.cli.pictures import Pictures, picture_options
+from gcodesim.cli.pictures import Pictures, picture_names, picture_options
+from gcodesim.cli.plan import Plan
 from gcodesim.cli.reports import parse_destinations, print_text, write_reports
-from gcodesim.cli.settings import Plan, make_plans, show_settings
+from gcodesim.cli.settings import make_plans
 from gcodesim.errors import UsageError
 from gcodesim.report.run import FORMATS, Failure, Run
 from gcodesim.verdict import EXIT_CODES, LEVELS, USAGE_EXIT, CheckResult, worst_exit
 
 if TYPE_CHECKING:
-    from gcodesim.flow import Options
     from gcodesim.machine.model import Machine
+    from gcodesim.options import Options
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
 
@@ -36,9 +36,11 @@ if TYPE_CHECKING:
 @click.argument("programs", nargs=-1, metavar="PROGRAM...")
 @click.option(
     "--machine",
-    "machine_path",
+    "machines",
+    multiple=True,
     metavar="M.yaml",
-    help="Machine file, or the name of a shipped machine. Left out: the one the setup names.",
+    help="Machine file, or the name of a shipped machine; of several, every program is checked on "
+    "each. Left out: the one the setup names.",
 )
 @click.option("--setup", metavar="FILE", help="Setup file: offsets, fixtures, part, stock, tools.")
 @click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
@@ -149,19 +151,14 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
 
     Without PROGRAMs the jobs of the settings file are carried out.
     """
-    context = click.get_current_context()
-    settings, plans = make_plans(context, programs)
-    if given["show_settings"]:
-        click.echo(show_settings(context, settings, plans))
-        return
-    if not any(plan.programs for plan in plans):
-        raise click.UsageError("Missing argument 'PROGRAM...', and no [[jobs]] in a settings file.")
+    plans = make_plans(click.get_current_context(), programs)
     of_run = plans[0].values
     named = [program for plan in plans for program in plan.programs]
-    destinations = parse_destinations(of_run["report"], plans[0].label("report"), named)
+    taken = dict.fromkeys(named, "a program that is checked")
+    destinations = parse_destinations(of_run["report"], plans[0].label("report"), taken)
     baseline = _baseline(of_run["baseline"], given["update_baseline"])
-    tasks = [task for plan in plans for task in _tasks(plan, baseline)]
-    pictures = Pictures(of_run["snapshot"], of_run["html"], of_run["glb"], len(named) > 1)
+    tasks = list(_tasks(plans, baseline))
+    pictures = Pictures(of_run["snapshot"], of_run["html"], of_run["glb"], len(tasks) > 1)
     results, failures = _check_all(tasks, of_run, given["update_baseline"], pictures)
     run = Run(tuple(results), tuple(failures))
     write_reports(run, of_run["format"], destinations)
@@ -172,59 +169,35 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
 
 @dataclass(frozen=True)
 class Task:
-    """A program, and everything that decides what is said about it."""
+    """A program, and everything that decides what is said about it.
+
+    `picture` is its part of the names of its pictures, unlike that of any other task.
+    """
 
     program: str
     machine: Machine
     setup: str
     options: Options
     policy: Policy
+    picture: str
 
 
-def _tasks(plan: Plan, baseline: Baseline | None) -> list[Task]:
-    """The programs of a plan; whatever is wrong with its options is told before any check."""
+def _tasks(plans: Sequence[Plan], baseline: Baseline | None) -> Iterator[Task]:
+    """Yield all checks of a run; whatever is wrong with its options is told before any check."""
     from gcodesim.machine.loading import load_machine
-    from gcodesim.policy.policy import Policy
-    from gcodesim.policy.rules import parse_prefix, parse_rule
 
-    values = plan.values
-    _refuse_search_options(values)
-    policy = Policy(
-        fail_on=values["fail_on"],
-        select=tuple(parse_prefix(text, plan.label("select")) for text in values["select"]),
-        ignore=tuple(parse_rule(text, plan.label("ignore")) for text in values["ignore"]),
-        baseline=baseline,
-    )
-    machine = load_machine(
-        machine_path_of(values["machine"], values["setup"]),
-        tools=values["tools"],
-        setup=values["setup"],
-        allow_outside=values["allow_outside"],
-    )
-    machine = replace(machine, rapids=values["rapids"] or machine.rapids)
-    options = _options(values)
-    setup = values["setup"] or ""
-    return [Task(program, machine, setup, options, policy) for program in plan.programs]
-
-
-def _options(values: dict[str, Any]) -> Options:
-    from gcodesim.flow import Options
-    from gcodesim.nc.control import MAX_BLOCKS
-
-    return Options(
-        dialect=values["dialect"],
-        feed=values["feed"],
-        period_ps=values["sample_period"],
-        device=values["device"],
-        method=values["method"],
-        between=values["between_samples"] == "on",
-        clearance=values["clearance"],
-        minimum=values["min_clearance"],
-        stop_all=values["stop"] == "all",
-        audit=values["audit"],
-        block_delete=values["block_delete"],
-        max_blocks=values["max_blocks"] or MAX_BLOCKS,
-    )
+    pictures = iter(picture_names([check for plan in plans for check in plan.checks]))
+    for plan in plans:
+        values, options, policy = plan.values, plan.options(), plan.policy(baseline)
+        setup, machines = values["setup"], {}
+        for path in plan.machines:
+            machine = load_machine(
+                path, tools=values["tools"], setup=setup, allow_outside=values["allow_outside"]
+            )
+            machines[path] = replace(machine, rapids=values["rapids"] or machine.rapids)
+        for program, path in plan.checks:
+            picture = next(pictures)
+            yield Task(program, machines[path], setup or "", options, policy, picture)
 
 
 def _baseline(path: str | None, update: bool) -> Baseline | None:
@@ -245,7 +218,7 @@ def _check_all(
 
     def judge(task: Task, result: CheckResult, text: str) -> None:
         judged = task.policy.apply(result, text, stop_all=task.options.stop_all)
-        results.append(pictures.write(judged))
+        results.append(pictures.write(judged, task.picture))
         if of_run["format"] == "text":
             print_text(results[-1], of_run["no_color"])
 
@@ -311,16 +284,3 @@ def _with_new_baseline(
         (replace(task, policy=replace(task.policy, baseline=new)), result, text)
         for task, result, text in checked
     ]
-
-
-def _refuse_search_options(given: dict[str, Any]) -> None:
-    """Only the method search knows distances: its options must not be dropped in silence."""
-    asked = {
-        "--clearance": given["clearance"] is not None,
-        "--min-clearance": given["min_clearance"],
-        "--stop all": given["stop"] == "all",
-        "--audit": given["audit"],
-    }
-    wrong = [option for option, is_given in asked.items() if is_given]
-    if wrong and given["method"] != "search":
-        raise UsageError(f"{wrong[0]} needs --method search, not {given['method']}")

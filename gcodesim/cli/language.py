@@ -24,11 +24,11 @@ from gcodesim.verdict import EXIT_CODES
 @language_options
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
+    from gcodesim.constants import MAX_BLOCKS
     from gcodesim.findings import FAIL, INCONCLUSIVE
     from gcodesim.machine.control import bare_control, control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.nc.canon import write_canon
-    from gcodesim.nc.control import MAX_BLOCKS
     from gcodesim.nc.interpreter import interpret
 
     most = given["max_blocks"] or MAX_BLOCKS

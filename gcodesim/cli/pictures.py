@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import re
 import webbrowser
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +27,9 @@ OPTIONS = (
     click.option(
         "--snapshot",
         metavar="PATH.png",
-        help="Write a picture of the first contact. Left out: with the environment variable "
-        "CI=true gcodesim-PROGRAM.png in the working folder, unless this says none.",
+        help="Write a picture of the first contact, or else of a pair nearer than its clearance. "
+        "Left out: with the environment variable CI=true gcodesim-PROGRAM.png in the working "
+        "folder, unless this says none.",
     ),
     click.option("--html", metavar="PATH.html", help="Write a page that replays the motion in 3D."),
     click.option("--glb", metavar="PATH.glb", help="Write the moving machine as animated glTF."),
@@ -47,8 +49,7 @@ class Pictures:
 
     Attributes:
         snapshot, html, glb: as asked for; None: not asked for.
-        several: the run has several programs; each then has files of its own.
-        written: files so far.
+        several: the run has several checks; each then has files of its own.
         failed: a picture that was asked for could not be written.
     """
 
@@ -56,7 +57,6 @@ class Pictures:
     html: str | None
     glb: str | None
     several: bool
-    written: set[Path] = field(default_factory=set)
     failed: bool = False
 
     def __post_init__(self) -> None:
@@ -75,74 +75,80 @@ class Pictures:
                     raise UsageError(text + f", or {NONE}" * (option == "snapshot"))
                 Path(path).parent.mkdir(parents=True, exist_ok=True)
 
-    def write(self, result: CheckResult) -> CheckResult:
-        """Write the pictures of one program; the result then knows them, and forgets the motion.
+    def snapshot_file(self, name: str) -> str:
+        """Where the snapshot of a check belongs if it shows anything; "" where none is wanted."""
+        if self.snapshot == NONE:
+            return ""
+        if self.snapshot:
+            return str(self._file(self.snapshot, name))
+        in_ci = os.environ.get("CI", "").lower() == "true"
+        return f"gcodesim-{name}.png" if in_ci else ""
+
+    def write(self, result: CheckResult, name: str) -> CheckResult:
+        """Write the pictures of a check; the result then knows them, and forgets the motion.
 
         The motion of a long program is large, and has served its turn.
         """
         try:
-            pictures = tuple(str(file) for file in self._write(result))
+            result = self._write(result, name)
         except OSError as error:
             click.echo(f"gcodesim: {error}", err=True)
-            pictures, self.failed = (), True
-        return replace(result, pictures=pictures, replay=None)
+            self.failed = True
+        return replace(result, replay=None)
 
-    def _write(self, result: CheckResult) -> Iterator[Path]:
-        """Write whatever is due; yield the files that a report can show as pictures."""
+    def _write(self, result: CheckResult, name: str) -> CheckResult:
+        """Write whatever is due; one that nobody asked for may fail with a note."""
         replay = result.replay
         if replay is None:
-            return
+            return result
         if self.html:
             from gcodesim.report.html import page
 
-            text = page(result, replay).encode("utf-8")
-            self._file(self.html, result.program).write_bytes(text)
+            self._file(self.html, name).write_bytes(page(result, replay).encode("utf-8"))
         if self.glb:
             from gcodesim.report.glb import model
 
-            self._file(self.glb, result.program).write_bytes(model(replay))
-        contact = result.first_contact
-        in_ci = os.environ.get("CI", "").lower() == "true"
-        if contact and self.snapshot != NONE and (self.snapshot or in_ci):
-            from gcodesim.report.snapshot import snapshot
+            self._file(self.glb, name).write_bytes(model(replay))
+        file = self.snapshot_file(name)
+        if not (file and result.shown):
+            return result  # without one the module, which is slow to import, is not needed
+        from gcodesim.report.snapshot import with_snapshot
 
-            picture = snapshot(replay.machine, contact, result.device)
-            yield from self._snapshot(result.program, picture)
-
-    def _snapshot(self, program: str, picture: bytes) -> Iterator[Path]:
-        """Write the snapshot; one that nobody asked for may fail with a note."""
-        if self.snapshot:
-            file = self._file(self.snapshot, program)
-            file.write_bytes(picture)
-            yield file
-            return
-        file = self._unwritten(Path(f"gcodesim-{_stem(program)}.png"))
         try:
-            file.write_bytes(picture)
-            yield file
+            return with_snapshot(result, file)
         except OSError as error:
+            if self.snapshot:
+                raise
             click.echo(f"gcodesim: no snapshot: {error}", err=True)
+            return result
 
-    def _file(self, asked: str, program: str) -> Path:
-        """The file of one program: of several, its name is put before the ending."""
+    def _file(self, asked: str, name: str) -> Path:
+        """The file of one check: of several, its name is put before the ending."""
         path = Path(asked)
-        if self.several:
-            path = path.with_stem(f"{path.stem}-{_stem(program)}")
-        return self._unwritten(path)
-
-    def _unwritten(self, path: Path) -> Path:
-        """The path, or one with a number where programs of one name lie in several folders."""
-        number, free = 1, path
-        while free in self.written:
-            number += 1
-            free = path.with_stem(f"{path.stem}-{number}")
-        self.written.add(free)
-        return free
+        return path.with_stem(f"{path.stem}-{name}") if self.several else path
 
 
-def _stem(program: str) -> str:
-    """Name of a program without folder and ending, as a part of a file name."""
-    return re.sub(r"[^\w.-]+", "", Path(program).stem) or "program"
+def picture_names(checks: Sequence[tuple[str, str]]) -> list[str]:
+    """A part of a file name for each check, a program and a machine file: no two are the same.
+
+    It is the name of the program, with that of the machine where the program has several, and with
+    a number where files of one name lie in several folders.
+    """
+    machines: dict[str, set[str]] = {}
+    for program, machine in checks:
+        machines.setdefault(program, set()).add(machine)
+    names: dict[str, None] = {}
+    for program, machine in checks:
+        several = len(machines[program]) > 1
+        name = _stem(program) + (f"-{_stem(machine)}" if several else "")
+        numbered = (f"{name}-{number}" for number in count(2))
+        names[next(free for free in chain([name], numbered) if free not in names)] = None
+    return list(names)
+
+
+def _stem(file: str) -> str:
+    """Name of a file without folder and ending, as a part of another."""
+    return re.sub(r"[^\w.-]+", "", Path(file).stem) or "program"
 
 
 @click.command()

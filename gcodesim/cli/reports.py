@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -28,21 +28,21 @@ class Destination:
 
 
 def parse_destinations(
-    texts: Sequence[str], option: str, programs: Sequence[str]
+    texts: Sequence[str], option: str, taken: Mapping[str, str]
 ) -> list[Destination]:
     """What --report asks for; folders that are missing are made.
 
     Args:
         texts: as FORMAT=PATH.
         option: what to call the option in errors.
-        programs: files that must not be overwritten.
+        taken: files that must not be overwritten, and what they are.
 
     Raises:
-        UsageError: no such format, no path, a path that is a folder or a program or given twice,
-            or a folder that cannot be made.
+        UsageError: no such format, no path, a path that is a folder or taken or given twice, or a
+            folder that cannot be made.
     """
     wanted: dict[str, Destination] = {}
-    taken = {Path(program).resolve() for program in programs}
+    kinds = {Path(file).resolve(): kind for file, kind in taken.items()} if texts else {}
     for text in texts:
         name, sign, path = text.partition("=")
         if name not in FORMATS:
@@ -50,8 +50,8 @@ def parse_destinations(
             raise UsageError(f"{option} {text}: unknown format {name!r}; valid: {valid}")
         if not sign or not path:
             raise UsageError(f"{option} {text}: expected FORMAT=PATH, such as junit=report.xml")
-        if Path(path).is_dir() or Path(path).resolve() in taken:
-            kind = "a folder" if Path(path).is_dir() else "a program that is checked"
+        kind = "a folder" if Path(path).is_dir() else kinds.get(Path(path).resolve())
+        if kind:
             raise UsageError(f"{option} {text}: {path} is {kind}: choose another file")
         key = text if path == STDOUT else str(Path(path).resolve())
         if key in wanted:

@@ -39,11 +39,11 @@ from gcodesim.verdict import EXIT_CODES
 @click.option("--npz", metavar="FILE", help="Write NumPy columns instead of CSV on stdout.")
 def trace(program: str, machine_path: str | None, **given: Any) -> None:
     """Print the axis positions of PROGRAM over time, as CSV: time_s, line, every axis."""
+    from gcodesim.constants import MAX_BLOCKS
     from gcodesim.findings import FAIL, INCONCLUSIVE
     from gcodesim.machine.control import control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.motion.planner import plan
-    from gcodesim.nc.control import MAX_BLOCKS
     from gcodesim.nc.interpreter import interpret
     from gcodesim.trace import Trace, write_csv, write_npz
 

@@ -147,7 +147,7 @@ class Watch:
             found = nearest_triangles(
                 rig.scene, rig.forest, self.arrays, pieces[chosen], times_ps[chosen]
             )
-            at = np.ix_(chosen, rig.columns)
+            at = np.ix_(chosen, np.array(rig.columns))
             distance[at], rows[at] = found.distance, found.triangles
             steps += found.steps
         positions = self.path.positions(times_ps)

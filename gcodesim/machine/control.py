@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from gcodesim.constants import MAX_BLOCKS
 from gcodesim.machine.model import Machine, Tool, WorkOffset
 from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
-from gcodesim.nc.control import MAX_BLOCKS, ArcTolerance, Control, ToolEntry
+from gcodesim.nc.control import ArcTolerance, Control, ToolEntry
 from gcodesim.nc.dialect import choose_dialect
 
 

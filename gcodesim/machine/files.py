@@ -1,14 +1,37 @@
-"""Names every file that a machine, its setup and its tools are read from."""
+"""Names and finds the files that a machine, its setup and its tools are read from."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from gcodesim.machine.loading import find_machine
-from gcodesim.machine.setup import read_setup
-from gcodesim.machine.yaml_lines import read_yaml
+from gcodesim.errors import UsageError
+from gcodesim.machine.yaml_lines import read_yaml, suggest
+
+
+def find_machine(path: str) -> Path:
+    """The machine file of that path, or else the shipped machine of that name; UsageError."""
+    if Path(path).is_file():
+        return Path(path)
+    package = Path(str(files("gcodesim")))
+    # in a wheel machines/ lies in the package, in a source checkout beside it
+    folders = [package / "machines", package.parent / "machines"]
+    shipped = {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
+    name = path.removesuffix(".yaml")
+    if name not in shipped:
+        raise UsageError(
+            f"no machine file {path!r}, and no machine of that name is shipped; "
+            f"{suggest(name, shipped)}"
+        )
+    return shipped[name]
+
+
+def beside(file: Path, name: str) -> str:
+    """A file named in another, relative to it; as it stands when there is no such file."""
+    near = file.parent / name
+    return str(near) if near.is_file() else name
 
 
 def files_of(machine: str, setup: str | None, tools: str | None) -> list[Path]:
@@ -18,10 +41,16 @@ def files_of(machine: str, setup: str | None, tools: str | None) -> list[Path]:
         UsageError: a file is missing or is no text.
         ModelError: a file is no YAML.
     """
-    tools = tools or read_setup(setup).tools
+    tools = tools or (_tools_of(Path(setup)) if setup else None)
     given = [find_machine(machine), *(Path(name) for name in (setup, tools) if name)]
     meshes = [mesh for file in given if file.suffix.lower() != ".tbl" for mesh in _meshes(file)]
     return [*given, *dict.fromkeys(meshes)]
+
+
+def _tools_of(setup: Path) -> str | None:
+    """The tools file that a setup names. Its schema would take longer to import than all else."""
+    name = read_yaml(setup).data.get("tools")
+    return beside(setup, name) if isinstance(name, str) else None
 
 
 def _meshes(file: Path) -> Iterator[Path]:

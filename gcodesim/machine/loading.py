@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gcodesim.errors import UsageError
 from gcodesim.machine.bodies import PartReader, longest_travel
+from gcodesim.machine.files import find_machine
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, WorkOffset
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.schema import DIALECT_KEYS, MachineFile, Mounted, offset_number
@@ -71,23 +70,6 @@ def load_machine(
         **_positions(file, job, joints, source),
         **_language(file),
     )
-
-
-def find_machine(path: str) -> Path:
-    """The machine file of that path, or else the shipped machine of that name; UsageError."""
-    if Path(path).is_file():
-        return Path(path)
-    package = Path(str(files("gcodesim")))
-    # in a wheel machines/ lies in the package, in a source checkout beside it
-    folders = [package / "machines", package.parent / "machines"]
-    shipped = {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
-    name = path.removesuffix(".yaml")
-    if name not in shipped:
-        raise UsageError(
-            f"no machine file {path!r}, and no machine of that name is shipped; "
-            f"{suggest(name, shipped)}"
-        )
-    return shipped[name]
 
 
 def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:

@@ -58,9 +58,9 @@ class Joint:
     servo: Servo | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Part:
-    """One closed shape of a body.
+    """One closed shape of a body, equal to itself only: what is made of it can be kept for it.
 
     Attributes:
         name: unique within its body (flute, shank, holder; table, cradle, ...).

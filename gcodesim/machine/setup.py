@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gcodesim.machine.bodies import PartReader
+from gcodesim.machine.files import beside
 from gcodesim.machine.model import Body
 from gcodesim.machine.schema import SetupFile
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
@@ -30,11 +31,7 @@ class Setup:
         return self._beside(self.file.tools)
 
     def _beside(self, name: str | None) -> str | None:
-        """A file named in the setup, relative to it; as it stands when there is no such file."""
-        if name is None:
-            return None
-        beside = self.source.path.parent / name
-        return str(beside) if beside.is_file() else name
+        return None if name is None else beside(self.source.path, name)
 
     def bodies(
         self, links: Sequence[str], taken: Sequence[str], reader: PartReader

@@ -7,14 +7,16 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, ValidationError
 
 from gcodesim.errors import ModelError, UsageError
 
-Model = TypeVar("Model", bound=BaseModel)
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+Model = TypeVar("Model", bound="BaseModel")
 Key = tuple[str, ...]
 
 NODE_LIMIT = 100_000
@@ -71,6 +73,8 @@ class YamlFile:
 
     def parse(self, model: type[Model]) -> Model:
         """The data as a pydantic model; ModelError at the first line that is wrong."""
+        from pydantic import ValidationError  # slow to import, and many files are only looked at
+
         try:
             return model.model_validate(self.data)
         except ValidationError as error:

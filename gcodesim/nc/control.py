@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from gcodesim.constants import MAX_BLOCKS
 from gcodesim.nc.dialect import Dialect
 from gcodesim.nc.program import Floats
 
 Vector = tuple[float, float, float, float, float, float]
 """X Y Z [mm], A B C [deg]."""
-
-MAX_BLOCKS = 100_000_000
-"""Blocks after which interpretation ends unless told otherwise: endless loops end."""
 
 ZERO: Vector = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import PS_PER_S
 from gcodesim.replay import Replay, indexed
 from gcodesim.report.json_report import report_dict
 from gcodesim.verdict import CONTRACT
@@ -26,6 +27,7 @@ MODULES = {
     "three": "three.module.min.js",
     "three/addons/controls/OrbitControls.js": "OrbitControls.js",
     "gcodesim/data": "data.js",
+    "gcodesim/distances": "distances.js",
     "gcodesim/program": "program.js",
     "gcodesim/scene": "scene.js",
 }
@@ -41,11 +43,14 @@ MOST_LINES = 500_000
 """Lines of a program, or changes of the line over time, up to which the text is in the page: more
 would make it larger than some 20 MB."""
 
+MOST_TIMES = 200
+"""Times of findings at which distances are told besides those at equal steps."""
+
 
 def page(result: CheckResult, replay: Replay) -> str:
     """The page of one check, complete."""
     knots = replay.knots()
-    data = _data(result, replay, knots)
+    data = _data(result, replay, knots) | {"distances": _distances(result, replay)}
     parts = {
         "title": html.escape(f"{result.program} on {result.machine}: {result.verdict}"),
         "style": _asset("viewer.css"),
@@ -131,6 +136,32 @@ def _part(part: Part, meshes: dict[tuple[str, str], int]) -> dict[str, Any]:
     vertices, faces = indexed(part.triangles)
     mesh = meshes.setdefault((_packed(vertices), _packed(faces)), len(meshes))
     return {"name": part.name, "role": part.role, "mesh": mesh}
+
+
+def _distances(result: CheckResult, replay: Replay) -> dict[str, Any]:
+    """How far apart every pair is at frames along the timeline, and where the nearest points are.
+
+    The times that the report tells are frames too.
+    """
+    from gcodesim.collision.distances import distances
+
+    first = result.first_contact
+    told = [
+        *([first.time_s] if first else []),
+        *(near.time_s for near in result.clearances),
+        *(touch.deepest_at_s for touch in result.contacts),
+        *(finding.time_s for finding in result.findings if finding.time_s is not None),
+    ]
+    told_ps = np.rint(np.array(told[:MOST_TIMES]) * PS_PER_S).astype(np.int64)
+    found = distances(replay.machine, replay.path, result.device, told_ps)
+    points = np.array([link.points for link in found.links])
+    return {
+        "pairs": [[pair.a, pair.b] for pair in replay.machine.pairs],
+        "time": _packed((found.time_ps / PS_PER_S).astype("<f8")),
+        "distance": _packed(found.distance.astype("<f8")),
+        "link": _packed(np.array([(k.frame, k.pair) for k in found.links]).astype("<i4")),
+        "points": _packed(points.astype("<f4")),
+    }
 
 
 def _program(replay: Replay) -> dict[str, Any] | None:

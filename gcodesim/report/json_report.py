@@ -32,6 +32,7 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "fail_on": result.fail_on,
         "program": result.program,
         "machine": result.machine,
+        "setup": result.setup,
         "verified_model": result.verified_model,
         "device": result.device,
         "method": result.method,
@@ -56,6 +57,7 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
             for key, value in asdict(result.coverage).items()
         },
         "left_out": [asdict(item) for item in result.left_out],
+        "pictures": list(result.pictures),
         "work": result.work,
         "timing_s": {stage: round(seconds, 6) for stage, seconds in result.timing_s.items()},
     }

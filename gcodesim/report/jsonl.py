@@ -6,11 +6,11 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
-from gcodesim.report.json_report import finding_rows, report_dict
+from gcodesim.report.json_report import report_dict
 from gcodesim.report.run import Run
 
-VARYING = ("device", "work", "timing_s", "findings", "suppressed")
-"""What depends on where and how fast a check ran; and the findings, which have their own lines."""
+VARYING = ("device", "pictures", "work", "timing_s", "findings", "suppressed")
+"""What depends on where and how a check ran; and the findings, which have lines of their own."""
 
 
 def render(run: Run) -> str:
@@ -26,9 +26,9 @@ def render(run: Run) -> str:
 def _objects(run: Run) -> Iterator[dict[str, Any]]:
     for result in run.results:
         place = {"program": result.program, "machine": result.machine}
-        for row in finding_rows(result):
-            yield {"type": "finding", **place, **row}
         report = report_dict(result)
+        for row in (*report["findings"], *report["suppressed"]):
+            yield {"type": "finding", **place, **row}
         yield {"type": "program"} | {k: v for k, v in report.items() if k not in VARYING}
     for failure in run.failures:
         yield {"type": "failure", "program": failure.program, "message": failure.message}

@@ -36,6 +36,7 @@ class Row:
         worst: its worst finding, or why there is none.
         line: of that finding.
         seconds: that the check took.
+        pictures: files that show what was found.
     """
 
     program: str
@@ -48,6 +49,7 @@ class Row:
     worst: str = ""
     line: int | None = None
     seconds: float = 0.0
+    pictures: tuple[str, ...] = ()
 
 
 def rows_of(
@@ -92,6 +94,7 @@ def _row(record: dict[str, Any]) -> Row:
         f"{worst['code']} {worst['message']}".strip(),
         worst.get("line"),
         record["seconds"],
+        tuple(report["pictures"]),
     )
 
 
@@ -130,14 +133,18 @@ def cells(row: Row) -> tuple[str, str, str, str, str, str]:
     return verdict, program, machine, near, time, worst
 
 
-COLUMNS = ("verdict", "program", "machine", "clearance mm", "cycle s", "worst finding")
+def columns(rows: Sequence[Row]) -> tuple[str, str, str, str, str, str]:
+    """Titles of the columns; that of the clearance says how to have it where it is missing."""
+    missing = any(row.clearance_mm is None and row.verdict == PASS for row in rows)
+    near = "clearance mm (--min-clearance)" if missing else "clearance mm"
+    return "verdict", "program", "machine", near, "cycle s", "worst finding"
 
 
 def print_overview(rows: Sequence[Row], console: Console) -> None:
     """Print the table and the count of verdicts; of many programs only those that do not pass."""
     shown = [row for row in rows if len(rows) <= ALL_SHOWN or row.verdict != PASS]
     table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in COLUMNS:
+    for column in columns(rows):
         side: Literal["left", "right"] = "right" if column == "cycle s" else "left"
         table.add_column(column, justify=side, no_wrap=True, overflow="ellipsis")
     for row in shown:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from html import escape
+from pathlib import Path, PurePath
+from urllib.parse import quote
 
-from gcodesim.report.overview import COLUMNS, Row, cells, headline
+from gcodesim.report.overview import Row, cells, columns, headline
 from gcodesim.verdict import CONTRACT
 
 _PAGE = """<!doctype html>
@@ -56,18 +59,31 @@ document.querySelectorAll("th button").forEach((button, column) => {{
 """
 
 
-def overview_page(rows: Sequence[Row], version: str) -> str:
-    """The page; a click on a column sorts by it."""
-    body = "\n".join(_table_row(row) for row in rows)
+def overview_page(rows: Sequence[Row], version: str, folder: Path) -> str:
+    """The page; a click on a column sorts by it.
+
+    Args:
+        rows: what it shows.
+        version: of gcodesim.
+        folder: of the page; pictures are linked from there.
+    """
+    body = "\n".join(_table_row(row, folder) for row in rows)
     return _PAGE.format(
         count=escape(headline(rows)),
-        head="".join(f"<th><button>{escape(column)}</button></th>" for column in COLUMNS),
+        head="".join(f"<th><button>{escape(column)}</button></th>" for column in columns(rows)),
         body=body,
         version=escape(version),
         contract=escape(CONTRACT),
     )
 
 
-def _table_row(row: Row) -> str:
+def _table_row(row: Row, folder: Path) -> str:
+    links = "".join(f' <a href="{_link(file, folder)}">picture</a>' for file in row.pictures)
     texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row))
-    return f'<tr class="{row.verdict}">{texts}</tr>'
+    return f'<tr class="{row.verdict}">{texts.removesuffix("</td>")}{links}</td></tr>'
+
+
+def _link(file: str, folder: Path) -> str:
+    """A file as an address that holds wherever the page and its pictures lie together."""
+    path = PurePath(os.path.relpath(file, folder)).as_posix()
+    return escape(quote(f"./{path}", errors="surrogateescape"))

@@ -59,6 +59,17 @@ def draw_ring(
     pixels[np.abs(away - radius) < width / 2.0] = color
 
 
+def draw_line(
+    pixels: Pixels, a: tuple[float, float], b: tuple[float, float], color: Color, width: float
+) -> None:
+    """Draw a line between two places (column, row)."""
+    rows, columns = np.indices(pixels.shape[:2])
+    x, y = columns + 0.5 - a[0], rows + 0.5 - a[1]
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    share = np.clip((x * dx + y * dy) / max(dx * dx + dy * dy, 1e-9), 0.0, 1.0)
+    pixels[np.hypot(x - share * dx, y - share * dy) < width / 2.0] = color
+
+
 def draw_box(pixels: Pixels, corner: tuple[int, int], size: tuple[int, int], color: Color) -> None:
     """Fill a rectangle: column and row of its upper left corner, width and height."""
     x, y = corner

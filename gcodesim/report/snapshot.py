@@ -1,22 +1,34 @@
-"""The snapshot: a picture of the first contact, all of the machine and the place itself."""
+"""The snapshot: a picture of the moment that matters, all of the machine and the place itself."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.replay import posed
-from gcodesim.report.raster import CELL, Color, Pixels, draw_box, draw_ring, draw_text, png_bytes
+from gcodesim.report.moment import Moment, nearest, touching
+from gcodesim.report.raster import (
+    CELL,
+    Color,
+    Pixels,
+    draw_box,
+    draw_line,
+    draw_ring,
+    draw_text,
+    png_bytes,
+)
+from gcodesim.verdict import FirstContact
 
 if TYPE_CHECKING:
     from gcodesim.collision.rays import Grid, Hits
     from gcodesim.machine.model import Machine
-    from gcodesim.verdict import FirstContact
+    from gcodesim.verdict import CheckResult
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +37,10 @@ SIZE = 640
 
 BACKGROUND, GREY, INK, MARK = (250, 250, 248), (150, 155, 160), (30, 30, 35), (255, 190, 0)
 PAIR: tuple[Color, Color] = ((214, 50, 44), (38, 100, 210))
-"""Colours of the two bodies in contact, as in the replay."""
+"""Colours of the two bodies, as in the replay."""
+
+RING = 0.028
+"""Radius of the ring around the place, as a part of the width of the picture."""
 
 GHOST = 0.35
 """How much of its colour a body keeps that stands before, or around, the two."""
@@ -36,6 +51,9 @@ ELEVATIONS = (30, 10, 55, -15)
 
 CLOSE_PART = 0.25
 """Half the width of the close-up, as a part of the size of the smaller body."""
+
+CLOSE_GAPS, CLOSEST_PART = 6.0, 0.03
+"""The same of two bodies that are apart: this many times the gap, but at least this part."""
 
 LIGHT = np.array([0.35, 0.5, 0.79])
 """Where the light comes from: right, above, from the eye; a unit vector."""
@@ -120,14 +138,14 @@ class Surfaces:
 
 @dataclass(frozen=True)
 class Stage:
-    """The machine at the moment of the contact.
+    """The machine at a moment.
 
     Attributes:
         solid: the two bodies; where one is inside the other, only the inner one.
         ghosts: all others, drawn as if of glass.
         firsts: number of triangles of the first body in `solid`.
         corners: of boxes around the bodies, shape (n, 3) [mm].
-        point: where they touch [mm].
+        points: where they touch, or their nearest points, shape (1 or 2, 3) [mm].
         close: half the width of the close-up [mm].
     """
 
@@ -135,8 +153,13 @@ class Stage:
     ghosts: Surfaces
     firsts: int
     corners: Floats
-    point: Floats
+    points: Floats
     close: float
+
+    @property
+    def point(self) -> Floats:
+        """The middle of the place."""
+        return np.asarray(self.points.mean(axis=0))
 
     def whole(self, axes: Floats) -> View:
         """The view of everything."""
@@ -147,45 +170,63 @@ class Stage:
         return View((low + high) / 2.0 @ axes, axes, half, reach, SIZE)
 
     def near(self, axes: Floats) -> View:
-        """The view of the place of contact."""
+        """The view of the place."""
         view = self.whole(axes)
         return replace(view, center=self.point, half=min(self.close, view.half))
 
 
-def snapshot(machine: Machine, contact: FirstContact, device: str, size: int = SIZE) -> bytes:
-    """The picture of a contact as PNG: left the machine, right the place of contact.
+def with_snapshot(result: CheckResult, file: str) -> CheckResult:
+    """Write the picture of the first contact, or else of a pair too near; the result then names it.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    shown, replay = result.shown, result.replay
+    if shown is None or replay is None:
+        return result
+    if isinstance(shown, FirstContact):
+        moment = touching(shown)
+    else:
+        moment = nearest(shown, replay, result.device)
+    Path(file).write_bytes(snapshot(replay.machine, moment, result.device))
+    return replace(result, pictures=(*result.pictures, file))
+
+
+def snapshot(machine: Machine, moment: Moment, device: str, size: int = SIZE) -> bytes:
+    """The picture of a moment as PNG: left the machine, right the place.
 
     Args:
         machine: the machine.
-        contact: what is shown.
+        moment: what is shown.
         device: resolved device name.
         size: height, half of the width [pixels].
     """
-    stage = _stage(machine, contact, device)
+    stage = _stage(machine, moment, device)
     axes = _direction(stage)
     views = [replace(view, size=size) for view in (stage.whole(axes), stage.near(axes))]
     pixels = np.concatenate([_drawn(stage, view) for view in views], axis=1)
     draw_box(pixels, (size - 1, 0), (2, size), INK)
-    _caption(pixels, contact)
+    _caption(pixels, moment)
     return png_bytes(pixels)
 
 
-def _stage(machine: Machine, contact: FirstContact, device: str) -> Stage:
-    bodies = posed(machine, contact.axes, contact.tool)
+def _stage(machine: Machine, moment: Moment, device: str) -> Stage:
+    bodies = posed(machine, moment.axes, moment.tool)
     boxes = {name: _box(triangles) for name, triangles in bodies.items()}
     corners = np.concatenate([box[OCTANTS, np.arange(3)] for box in boxes.values()])
-    sizes = [float(np.linalg.norm(boxes[name][1] - boxes[name][0])) for name in contact.pair]
+    sizes = [float(np.linalg.norm(boxes[name][1] - boxes[name][0])) for name in moment.pair]
     inner = int(np.argmin(sizes))
-    pair = [(bodies.pop(name), color) for name, color in zip(contact.pair, PAIR, strict=True)]
+    pair = [(bodies.pop(name), color) for name, color in zip(moment.pair, PAIR, strict=True)]
     firsts = len(pair[0][0])
     ghosts = [(triangles, GREY) for triangles in bodies.values()]
-    if contact.point_mm is None:
+    points, close = moment.points, CLOSE_PART * min(sizes)
+    if not len(points):
         ghosts.append(pair.pop(1 - inner))
-        point, firsts = boxes[contact.pair[inner]].mean(axis=0), 0
-    else:
-        point = np.array(contact.point_mm)
-    close = CLOSE_PART * min(sizes)
-    return Stage(Surfaces(pair, device), Surfaces(ghosts, device), firsts, corners, point, close)
+        points, firsts = boxes[moment.pair[inner]].mean(axis=0, keepdims=True), 0
+    if len(points) == 2:
+        gap = float(np.linalg.norm(points[1] - points[0]))
+        close = float(np.clip(CLOSE_GAPS * gap, CLOSEST_PART * min(sizes), close))
+    return Stage(Surfaces(pair, device), Surfaces(ghosts, device), firsts, corners, points, close)
 
 
 def _box(triangles: Floats) -> Floats:
@@ -195,8 +236,13 @@ def _box(triangles: Floats) -> Floats:
 
 
 def _direction(stage: Stage) -> Floats:
-    """Axes of the view that shows most of both bodies around the point, and the point itself."""
+    """Axes of the view that shows most of both bodies around the point, and the point itself.
+
+    A gap is best seen from its side.
+    """
     best, chosen = -1.0, np.eye(3)
+    gap = stage.points[-1] - stage.points[0]
+    along = gap / max(float(np.linalg.norm(gap)), np.finfo(float).tiny)
     for elevation in ELEVATIONS:
         for azimuth in AZIMUTHS:
             axes = _axes(math.radians(azimuth), math.radians(elevation))
@@ -208,6 +254,7 @@ def _direction(stage: Stage) -> Floats:
             middle = hits.distance[SKETCH // 2, SKETCH // 2]
             hidden = middle < 0.5 * view.reach - 0.1 * view.half
             score = min(shares) + 0.2 * max(shares) - 0.5 * float(hidden)
+            score -= 0.3 * abs(float(axes[2] @ along))
             # A direction that people know wins unless another shows clearly more.
             if score > best + 0.02:
                 best, chosen = score, axes
@@ -234,10 +281,20 @@ def _drawn(stage: Stage, view: View) -> Pixels:
     # The mean of four rays a pixel makes the edges smooth.
     mean = image.reshape(view.size, 2, view.size, 2, 3).mean(axis=(1, 3))
     pixels: Pixels = np.rint(mean).astype(np.uint8)
-    for radius, color in ((0.022, INK), (0.028, MARK), (0.034, INK)):
-        draw_ring(pixels, view.place(stage.point), radius * view.size, color, 0.006 * view.size)
+    _mark(pixels, view, stage)
     _scale_bar(pixels, view)
     return pixels
+
+
+def _mark(pixels: Pixels, view: View, stage: Stage) -> None:
+    """A ring around the place, or a line across a gap that is larger than the ring."""
+    ends = [view.place(point) for point in stage.points]
+    if math.dist(ends[0], ends[-1]) < 2.0 * RING * view.size:
+        for radius, color in ((RING - 0.006, INK), (RING, MARK), (RING + 0.006, INK)):
+            draw_ring(pixels, view.place(stage.point), radius * view.size, color, 0.006 * view.size)
+    else:
+        for width, color in ((0.016, INK), (0.008, MARK)):
+            draw_line(pixels, ends[0], ends[-1], color, width * view.size)
 
 
 def _scale_bar(pixels: Pixels, view: View) -> None:
@@ -250,22 +307,14 @@ def _scale_bar(pixels: Pixels, view: View) -> None:
     draw_box(pixels, (edge, view.size - edge), (width, 2 * scale), INK)
 
 
-def _caption(pixels: Pixels, contact: FirstContact) -> None:
-    """When and where in the program, on the left; who touches whom, in which colour, on the right.
-
-    A part that is not the whole body is named after it.
-    """
+def _caption(pixels: Pixels, moment: Moment) -> None:
+    """When and where in the program, on the left; which two, and in which colour, on the right."""
     height = len(pixels)
     edge, scale = _edge_and_scale(height)
     room = (height - 2 * edge) // (CELL * scale)
-    between = " between samples" if contact.between_samples else ""
-    where = f"line {contact.line}" if contact.line else "start"
-    when = f"{where}   {contact.time_s:.4f} s{between}"
-    both = zip(contact.pair, contact.parts, strict=True)
-    first, second = (body if body == part else f"{body} ({part})" for body, part in both)
     for left, texts, colors in (
-        (edge, (when, contact.block), (INK, INK)),
-        (height + edge, (first, second), PAIR),
+        (edge, (moment.when, moment.block), (INK, INK)),
+        (height + edge, moment.parts, PAIR),
     ):
         for row, (text, color) in enumerate(zip(texts, colors, strict=True)):
             _label(pixels, (left, edge + 12 * scale * row), text[:room], color)

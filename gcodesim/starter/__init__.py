@@ -6,8 +6,7 @@ from pathlib import Path
 
 from gcodesim import __version__
 from gcodesim.errors import UsageError
-from gcodesim.machine.files import files_of
-from gcodesim.machine.loading import find_machine
+from gcodesim.machine.files import files_of, find_machine
 
 MACHINE = "table_tilt"
 

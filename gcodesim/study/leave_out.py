@@ -201,8 +201,9 @@ def _imported(text: str, machine_path: str) -> list[str]:
     """Which of the watched modules a plain check of a program imports, in a process of its own."""
     code = (
         "import sys\n"
-        "from gcodesim.flow import Options, check_program\n"
+        "from gcodesim.flow import check_program\n"
         "from gcodesim.machine.loading import load_machine\n"
+        "from gcodesim.options import Options\n"
         "check_program(sys.stdin.read(), 'program', load_machine(sys.argv[1]), Options())\n"
         "print(*sys.modules)\n"
     )

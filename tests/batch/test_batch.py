@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 from threading import Timer
 from typing import Any
@@ -66,6 +68,13 @@ def test_every_program_has_a_record_a_row_and_the_worst_decides() -> None:
     page = Path("o.html").read_text(encoding="utf-8")
     assert page.count("<tr class=") == 4
     assert "http" not in page.replace("http-equiv", "")
+
+
+def test_the_parent_imports_nothing_that_slows_down_its_workers() -> None:
+    modules = "gcodesim.cli, gcodesim.batch.jobs, gcodesim.batch.pool, gcodesim.batch.results"
+    code = f"import sys, {modules}; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert not {"numpy", "pydantic", "rich", "warp"} & set(done.stdout.split())
 
 
 @pytest.mark.usefixtures("folder")

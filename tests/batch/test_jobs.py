@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from gcodesim.batch.jobs import Job, find_programs, prepare, shard_of
+from gcodesim.batch.jobs import Job, prepare, shard_of
+from gcodesim.batch.programs import find_programs
 from gcodesim.errors import UsageError
-from gcodesim.flow import Options
 from gcodesim.machine.files import files_of
+from gcodesim.options import Options
 
 MACHINE = """
 name: slide

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
-from gcodesim.flow import Options, check_program
+from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
+from gcodesim.options import Options
 from gcodesim.replay import Replay
 from gcodesim.verdict import CheckResult
 
@@ -31,8 +33,18 @@ def tools() -> tuple[CheckResult, Replay]:
     return _checked(text, "tools.nc", str(Path(__file__).with_name("tools.yaml")))
 
 
-def _checked(text: str, name: str, tools: str | None = None) -> tuple[CheckResult, Replay]:
+@cache
+def near() -> tuple[CheckResult, Replay]:
+    """A finishing path on `table_tilt` that never touches, and comes to 3.21 mm of the table."""
+    return _checked(
+        (SAMPLES / "five_axis_finish.nc").read_text(), "near.nc", period_ps=10**9, clearance=7.0
+    )
+
+
+def _checked(
+    text: str, name: str, tools: str | None = None, **options: Any
+) -> tuple[CheckResult, Replay]:
     machine = load_machine("table_tilt", tools=tools)
-    result = check_program(text, name, machine, Options(device="cpu", minimum=True))
+    result = check_program(text, name, machine, Options(device="cpu", minimum=True, **options))
     assert result.replay is not None
     return result, result.replay

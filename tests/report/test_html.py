@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from report.browser import Browser, find
 from report.checked import HOSTILE, crash, tools
 
+from gcodesim.collision.distances import distances
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.report import html
 from gcodesim.report.html import page
@@ -152,6 +153,49 @@ def test_findings_distances_and_the_timeline_are_clicked(browser: Browser) -> No
     assert browser.value("viewer.time") == pytest.approx(2.009)
     browser.click("#rows [data-line='13']")  # N90 G43 H1 Z150.
     assert browser.value("document.querySelector('#rows .current').dataset.number") == "13"
+
+
+def told_of(browser: Browser) -> dict[str, str]:
+    """Pair -> what its row tells."""
+    rows = browser.value("Array.from(document.querySelectorAll('#now li'), (row) => row.innerText)")
+    return dict(row.split("\n") for row in rows)
+
+
+@needs_browser
+def test_distances_follow_the_timeline_and_a_row_jumps_to_the_nearest(browser: Browser) -> None:
+    result, replay = crash()
+    browser.open(browser.pages["crash"])
+    times = np.array(browser.value("Array.from(viewer.distances.time)"))
+    assert {0.0, result.first_contact.time_s, result.duration_s} <= set(times.tolist())
+    found = distances(replay.machine, replay.path, "cpu", np.rint(times * 1e12).astype(np.int64))
+    assert np.array_equal(found.time_ps / 1e12, times)
+    distance = found.distance
+    names = [pair.name.replace("-", " - ") for pair in replay.machine.pairs]
+    for share in (0.2, 0.4):
+        browser.click("#time", share)
+        frame = int(np.searchsorted(times, browser.value("viewer.time"), side="right")) - 1
+        told = told_of(browser)
+        assert [told[name] for name in names] == [f"{mm:.3f} mm" for mm in distance[frame]]
+        nearest = browser.value("document.querySelector('#now .smallest span').textContent")
+        assert nearest == names[int(distance[frame].argmin())]
+        assert browser.value("document.getElementById('frame').textContent") == (
+            f"at {times[frame]:.3f} s"
+        )
+        # Between frames the numbers are those of the earlier one, and nothing is drawn.
+        assert browser.value("viewer.scene.line.visible") is False
+        browser.click("#frame")
+        assert browser.value("viewer.time") == times[frame]
+        ends = "Array.from(viewer.scene.line.children[0].geometry.attributes.position.array)"
+        a, b = np.array(browser.value(ends)).reshape(2, 3)
+        assert browser.value("viewer.scene.line.visible") is True
+        assert np.linalg.norm(a - b) == pytest.approx(distance[frame].min(), abs=1e-3)
+    browser.click("#now li")  # the pair in contact
+    frame = int(distance[:, names.index("cutter - A")].argmin())
+    assert browser.value("viewer.time") == times[frame]
+    assert times[frame] == pytest.approx(result.first_contact.time_s, abs=result.sample_period_s)
+    assert told_of(browser)["cutter - A"] == "touches"
+    assert browser.value("viewer.scene.bodies.filter((b) => b.group.children[0].material.color"
+                         ".getHex() === 0xd6322c).map((b) => b.name)") == ["cutter"]  # fmt: skip
 
 
 @needs_browser

@@ -71,9 +71,11 @@ def test_of_several_programs_each_has_its_own_files(folder: Path) -> None:
         ("crash.nc", "", [], []),
         ("quiet.nc", "true", [], []),
         ("quiet.nc", "", ["--snapshot", "a.png"], []),
+        ("quiet.nc", "true", ["--clearance", "300"], ["gcodesim-quiet.png"]),
+        ("quiet.nc", "true", ["--clearance", "300", "--ignore", "GC201"], []),
     ],
 )
-def test_a_snapshot_is_the_default_in_ci_and_only_of_a_contact(
+def test_a_snapshot_is_the_default_in_ci_and_only_of_two_bodies_too_near(
     program: str,
     ci: str,
     options: list[str],

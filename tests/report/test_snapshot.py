@@ -9,8 +9,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from report.checked import crash
+from report.checked import crash, near
 
+from gcodesim.findings import Finding
+from gcodesim.machine.model import Machine
+from gcodesim.report.moment import Moment, nearest, touching
 from gcodesim.report.raster import draw_text, png_bytes
 from gcodesim.report.snapshot import MARK, snapshot
 
@@ -40,7 +43,12 @@ def halves(**changes: object) -> NDArray[np.float64]:
     result, replay = crash()
     assert result.first_contact is not None
     contact = replace(result.first_contact, **changes)
-    pixels = decoded(snapshot(replay.machine, contact, "cpu", SIZE)).astype(np.float64)
+    return drawn(replay.machine, touching(contact))
+
+
+def drawn(machine: Machine, moment: Moment) -> NDArray[np.float64]:
+    """Overview and close-up of a moment, shape (2, size, size, 3)."""
+    pixels = decoded(snapshot(machine, moment, "cpu", SIZE)).astype(np.float64)
     assert pixels.shape == (SIZE, 2 * SIZE, 3)
     return np.stack([pixels[:, :SIZE], pixels[:, SIZE:]])
 
@@ -82,6 +90,28 @@ def test_of_a_containment_the_outer_body_is_glass() -> None:
     opaque = halves()[1]
     assert share(close, 0) > 0.1
     assert share(close, 2) < 0.5 * share(opaque, 2)
+
+
+def test_a_pair_too_near_is_shown_where_it_is_nearest_with_a_line_across_the_gap() -> None:
+    result, replay = near()
+    assert isinstance(result.shown, Finding)
+    moment = nearest(result.shown, replay, "cpu")
+    smallest = next(c for c in result.clearances if c.pair == moment.pair == ("cutter", "C"))
+    assert smallest.time_s > result.shown.time_s + 10
+    assert np.linalg.norm(moment.points[1] - moment.points[0]) == pytest.approx(
+        smallest.minimum_mm, abs=1e-6
+    )
+    _, line, time_s, *rest = moment.when.split()
+    assert (int(line), rest) == (smallest.line, ["s", "3.21", "mm", "apart"])
+    assert float(time_s) == pytest.approx(smallest.time_s, abs=2e-3)
+    assert moment.block == replay.lines[smallest.line - 1]
+    overview, close = drawn(replay.machine, moment)
+    assert share(close, 0) > 0.1
+    assert share(close, 2) > 0.2
+    yellow = np.argwhere((close == MARK).all(axis=2)) + 0.5 - SIZE / 2
+    assert np.ptp(yellow, axis=0).max() > 0.05 * SIZE, "a line, not a point"
+    np.testing.assert_allclose(yellow.mean(axis=0), 0.0, atol=1.0)
+    assert (overview == MARK).all(axis=2).any()
 
 
 @pytest.mark.parametrize("block", ["", "N10 G1 X0 \N{SNOWMAN}" * 40])

@@ -28,6 +28,12 @@ export async function readData() {
   for (const name of ["time", "positions"]) {
     data.knots[name] = new Float64Array(await unpacked(data.knots[name]));
   }
+  const { distances } = data;
+  for (const name of ["time", "distance"]) {
+    distances[name] = new Float64Array(await unpacked(distances[name]));
+  }
+  distances.link = new Int32Array(await unpacked(distances.link));
+  distances.points = new Float32Array(await unpacked(distances.points));
   if (data.program) {
     data.program.time = new Float64Array(await unpacked(data.program.time));
     data.program.line = new Int32Array(await unpacked(data.program.line));

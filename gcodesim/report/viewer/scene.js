@@ -24,6 +24,7 @@ export class Scene {
     this.addLinks();
     this.addBodies();
     this.addMark();
+    this.addLine();
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
@@ -68,6 +69,18 @@ export class Scene {
     this.mark.renderOrder = 1;
     this.mark.visible = false;
     this.scene.add(this.mark);
+  }
+
+  addLine() {
+    const look = { color: 0xffbe00, depthTest: false, transparent: true };
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(6), 3));
+    const line = new THREE.Line(geometry, new THREE.LineBasicMaterial(look));
+    const ends = new THREE.Points(geometry, new THREE.PointsMaterial({ ...look, size: 6, sizeAttenuation: false }));
+    for (const drawn of [line, ends]) Object.assign(drawn, { frustumCulled: false, renderOrder: 1 });
+    this.line = new THREE.Group().add(line, ends);
+    this.line.visible = false;
+    this.scene.add(this.line);
   }
 
   /** Pose every link: displacement from the zero pose, its parent's included by the tree. */
@@ -122,6 +135,13 @@ export class Scene {
   setMark(point) {
     this.mark.visible = Boolean(point);
     if (point) this.mark.position.fromArray(point);
+    this.dirty = true;
+  }
+
+  /** Draw a line between two points of the world, six numbers, or none. */
+  setLine(points) {
+    this.line.visible = Boolean(points);
+    if (points) this.line.children[0].geometry.attributes.position.copyArray(points).needsUpdate = true;
     this.dirty = true;
   }
 

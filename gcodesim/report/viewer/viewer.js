@@ -1,5 +1,6 @@
 // The page: what every button does, and the clock.
 import { lineAt, positionsAt, readData } from "gcodesim/data";
+import { Distances } from "gcodesim/distances";
 import { Program } from "gcodesim/program";
 import { Scene } from "gcodesim/scene";
 
@@ -30,6 +31,9 @@ class Viewer {
     this.fillHeading();
     this.fillFindings();
     this.fillDistances();
+    this.distances = new Distances(byId("now"), data);
+    this.distances.rows.forEach((row) => this.makeTimed(row));
+    byId("now-section").hidden = !this.distances.rows.length;
     this.fillBodies();
     this.fillGaps();
     this.listen();
@@ -86,7 +90,7 @@ class Viewer {
     if (!this.events.length) byId("findings").append(element("li", "nothing was found"));
   }
 
-  /** Distances are known where contacts were followed or smallest distances asked for. */
+  /** The smallest distances are known where contacts were followed or smallest distances asked for. */
   fillDistances() {
     const rows = [
       ...this.report.contacts.map((c) => [c.pair, -c.deepest_mm, c.deepest_at_s, "deepest"]),
@@ -145,6 +149,7 @@ class Viewer {
   listen() {
     byId("time").addEventListener("input", () => this.setTime(byId("time").value * this.data.duration));
     byId("play").addEventListener("click", () => this.setPlaying(!this.playing));
+    byId("frame").addEventListener("click", () => this.setTime(this.distances.time[this.frame]));
     byId("focus").addEventListener("click", () => this.focus());
     for (const button of document.querySelectorAll("[data-camera]")) {
       button.addEventListener("click", () => this.aim(button.dataset.camera));
@@ -184,12 +189,26 @@ class Viewer {
     this.positions = positionsAt(data, this.time);
     this.scene.pose(this.positions, this.time);
     this.scene.setMark(this.selected?.time === this.time ? this.selected.point : undefined);
+    this.showDistances();
     this.program.follow(lineAt(data, this.time));
     byId("time").value = data.duration ? this.time / data.duration : 0;
     byId("clock").textContent = `${this.time.toFixed(3)} / ${data.duration.toFixed(3)} s`;
     byId("axes").textContent = data.joints
       .map((joint, number) => `${joint.name} ${this.positions[number].toFixed(3)}`)
       .sort((a, b) => AXES.indexOf(a[0]) - AXES.indexOf(b[0])).join("  ");
+  }
+
+  /** Tell the distances; the line between the nearest points stands only where they were computed. */
+  showDistances() {
+    const { distances, time } = this;
+    const frame = distances.frameAt(time);
+    if (frame !== this.frame && frame >= 0) {
+      this.frame = frame;
+      distances.show(frame);
+      byId("frame").textContent = `at ${distances.time[frame].toFixed(3)} s`;
+    }
+    const there = frame >= 0 && distances.time[frame] === time;
+    this.scene.setLine(there ? distances.pointsAt(frame, this.selected?.pair) : undefined);
   }
 
   tick(now) {
