@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gcodesim.collision.bounds import travelled
 from gcodesim.collision.clearance import Nearness
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.events import Contact
@@ -187,14 +186,14 @@ def largest_step(detection: Detection, path: Path) -> LargestStep | None:
     return LargestStep(step.distance, (pair.a, pair.b), int(path.line[step.piece]))
 
 
-def left_out(detection: Detection, machine: Machine, path: Path) -> tuple[LeftOut, ...]:
+def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
     """Pairs, axes and bodies that were not looked at."""
     smallest: dict[str, Item] = {}
     for item in (item for span in detection.findings for item in span.left_out):
         known = smallest.setdefault(item.what, item)
         smallest[item.what] = min(known, item, key=lambda i: i.margin_mm)
     items, names = list(smallest.values()), set(smallest)
-    items += still_axes(travelled(machine.joints, path)) if len(path) else []
+    items += still_axes(detection.travels)
     needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
     for name in sorted(set(machine.bodies) - needed):
         items.append(Item(f"body {name}", "no pair that is left needs it"))

@@ -109,7 +109,7 @@ def check_program(
         largest_step=evidence.largest_step(detection, path),
         contacts=evidence.contacts(detection),
         clearances=evidence.clearances(detection, path),
-        left_out=evidence.left_out(detection, machine, path) if searches else (),
+        left_out=evidence.left_out(detection, machine) if searches else (),
         work=detection.work.as_report,
         timing_s=watch.seconds,
         replay=Replay(machine, path, lines, meaning.files),

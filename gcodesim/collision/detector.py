@@ -38,6 +38,7 @@ class Detection:
     Attributes:
         contact: first contact, None when all is free.
         checked: pairs looked at.
+        travels: the joints with what the path travels as their limits; none without a path.
         spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
         contained: with --stop all, bodies inside another where they appear.
@@ -48,6 +49,7 @@ class Detection:
 
     contact: Contact | None = None
     checked: set[Pair] = field(default_factory=set)
+    travels: tuple[Joint, ...] = ()
     spans: list[Span] = field(default_factory=list)
     missing: list[Span] = field(default_factory=list)
     contained: list[Contact] = field(default_factory=list)
@@ -107,7 +109,7 @@ def detect(task: Task) -> Detection:
     if not len(task.path):
         return detection
     arrays = path_arrays(task.path, task.device)
-    travels = travelled(task.machine.joints, task.path)
+    travels = detection.travels = travelled(task.machine.joints, task.path)
     for span in _spans_by_body(task):
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)

@@ -19,6 +19,9 @@ EXTREMES_PER_END = 3
 """Half turns looked at from either end of an arc: more turns repeat the same extremes, or lie
 between these on a helix or spiral, which grows steadily."""
 
+AT_ONCE = 50_000
+"""Fractions that are found side by side: their arrays stay in the cache."""
+
 SPIRAL = 0.01
 """Radii that change by more than this part make a spiral: Newton steps may miss its extremes."""
 
@@ -75,12 +78,15 @@ def _arc_extremes(path: Path, pieces: NDArray[np.intp], axis: int) -> Iterator[N
     base = np.arctan2(arcs["v"][:, axis], arcs["u"][:, axis])
     half_turns = np.abs(sweep) / np.pi
     steps = np.arange(-1, EXTREMES_PER_END + 1)
-    for k in [*steps, *(np.ceil(half_turns)[:, None] + steps[None, :] - 2).T]:
-        s = (base + np.sign(sweep) * np.pi * k) / sweep
+    from_end = np.ceil(half_turns) + steps[:, None] - 2.0
+    turns = np.concatenate([np.broadcast_to(steps[:, None], from_end.shape), from_end])
+    at_once = max(1, AT_ONCE // len(arcs))
+    for first in range(0, len(turns), at_once):
+        s = (base + np.sign(sweep) * np.pi * turns[first : first + at_once]) / sweep
         for _ in range(4):
             slope, bend = _slopes(arcs, axis, s)
             s = s - np.divide(slope, bend, out=np.zeros_like(s), where=np.abs(bend) > 1e-9)
-        yield np.clip(s, 0.0, 1.0)
+        yield from np.clip(s, 0.0, 1.0)
     spiral = np.flatnonzero(grown > SPIRAL * np.maximum(arcs["r0"], arcs["r1"]))
     for found in _spiral_extremes(arcs[spiral], axis) if len(spiral) else ():
         s = np.zeros(len(arcs))
@@ -108,7 +114,7 @@ def _spiral_extremes(arcs: NDArray[np.void], axis: int) -> Iterator[NDArray[np.f
 def _slopes(
     arcs: NDArray[np.void], axis: int, s: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """First and second derivative of a coordinate of the arcs at fractions `s`, shape (n,)."""
+    """First and second derivative of a coordinate of the arcs at fractions `s`, (n,) or (m, n)."""
     u, v, lift = arcs["u"][:, axis], arcs["v"][:, axis], arcs["lift"][:, axis]
     sweep, grown = np.radians(arcs["sweep"]), arcs["r1"] - arcs["r0"]
     angle, radius = sweep * s, arcs["r0"] + grown * s

@@ -72,6 +72,6 @@ export class Distances {
 
 /** A distance as people read it. */
 function told(distance) {
-  if (!(distance >= 0)) return "not there";
+  if (!(distance >= 0)) return "not known";
   return distance === 0 ? "touches" : `${distance.toFixed(3)} mm`;
 }
