@@ -56,7 +56,9 @@ APPROACH = wp.constant(MODE_APPROACH)
 distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
-"""The smallest distance is found to this [mm]; finer costs time with the square root."""
+MINIMUM_GOOD_PART = wp.constant(wp.float64(1.0e-3))
+"""The smallest distance is found to this [mm] and this part of it, whichever is more: where a pair
+stays at one distance for long, finer costs a hundred times as much."""
 
 NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
 """Key behind all others."""
@@ -350,7 +352,7 @@ def distance_to_prove(
     Behind the first near step only a touch at a sample counts.
     """
     if roots.mode == MINIMUM:
-        return smallest - MINIMUM_GOOD_TO
+        return smallest - wp.max(MINIMUM_GOOD_TO, MINIMUM_GOOD_PART * smallest)
     if roots.mode == AT_ALL_TIMES and behind_near:
         return roots.touching_mm
     return roots.free_mm[slot]

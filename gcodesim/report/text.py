@@ -161,7 +161,7 @@ def _listed(result: CheckResult) -> Iterator[str]:
         )
     for nearest in sorted(result.clearances, key=lambda n: n.minimum_mm):
         yield (
-            f"  nearest {'-'.join(nearest.pair)}: {nearest.minimum_mm:.6f} mm at "
+            f"  nearest {'-'.join(nearest.pair)}: {nearest.minimum_mm:.4g} mm at "
             f"{nearest.time_s:.6f} s, line {nearest.line}"
         )
     if result.left_out:
