@@ -89,13 +89,20 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         text = (pair.a, pair.b)
         found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
     for pair, near in (entry for span in detection.findings for entry in span.too_near):
-        # On its way into the first contact a pair is nearer than its clearance anyway.
-        if detection.contact is None or pair != detection.contact.pair:
+        if not _touches_there(detection, pair, near):
             found.append(_too_near(pair, near, path))
     if any(span.overflows for span in detection.findings):
         message = "the search ran out of stack: some stretches of time are not decided"
         found.append(Finding("GC901", message, "search_undecided"))
     return found
+
+
+def _touches_there(detection: Detection, pair: Pair, near: Nearness) -> bool:
+    """Whether a pair touches where it is too near: on its way into a contact it must be."""
+    times = [touch.time_ps for _, touch in _intervals(detection) if touch.pair == pair]
+    if detection.contact and detection.contact.pair == pair:
+        times.append(detection.contact.time_ps)
+    return any(near.time_ps <= time <= near.end_ps for time in times)
 
 
 def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:

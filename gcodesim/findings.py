@@ -58,6 +58,9 @@ CODES: dict[str, Code] = {
     "GC901": Code("the check stopped early", "error", INCONCLUSIVE),
 }
 
+CLEARANCES = ("GC201", "GC202")
+"""Codes that tell of a pair that is too near."""
+
 
 @dataclass(frozen=True)
 class Ignored:

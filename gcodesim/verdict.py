@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from gcodesim.constants import TOLERANCE_MM
-from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
+from gcodesim.findings import CLEARANCES, FAIL, INCONCLUSIVE, NOTED, Finding
 
 if TYPE_CHECKING:
     from gcodesim.replay import Replay
@@ -160,7 +160,7 @@ class CheckResult:
     @property
     def shown(self) -> FirstContact | Finding | None:
         """What a picture shows: the first contact, or else the first pair that comes too near."""
-        near = [f for f in self.counted if f.code in ("GC201", "GC202") and f.time_s is not None]
+        near = [f for f in self.counted if f.code in CLEARANCES and f.time_s is not None]
         first = min(near, key=lambda f: (f.severity != "error", f.time_s), default=None)
         return self.first_contact or first
 

@@ -86,7 +86,8 @@ if TYPE_CHECKING:
     type=click.Choice(["first", "all"]),
     default="first",
     show_default=True,
-    help="Stop at the first contact, or list every stretch of contact.",
+    help="Stop at the first contact, or list every stretch of contact and every place that is too "
+    "near.",
 )
 @click.option("--audit", is_flag=True, help="Check again with nothing left out, and compare.")
 @click.option(

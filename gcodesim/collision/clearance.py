@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gcodesim.collision.departure import Departures
-from gcodesim.collision.limits import LEFT_OUT, Limits, first_reached
+from gcodesim.collision.exhaustive import NO_CONTACT
+from gcodesim.collision.intervals import Interval
+from gcodesim.collision.limits import LEFT_OUT, Limits, first_reached, roots_reached
 from gcodesim.collision.search import Outcome, Roots, Searcher
 from gcodesim.collision.search_kernel import MODE_MINIMUM
+from gcodesim.constants import PAIR_BITS
 from gcodesim.motion.path import Path
+from gcodesim.motion.samples import sample_of
 
 SEEDS = 64
 """Instants whose distances bound the minimum from above before the search for it begins."""
 
-FOUND_AGAIN_MM, FOUND_AGAIN_PART = 1.0e-6, 1.0e-3
-"""The time of the smallest distance is when the pair first comes within this [mm] and this part of
-it: where a pair stays at one distance for long, finer costs ten times as much."""
+KNOWN_PART = 1.0e-3
+"""The smallest distance over time is known to this part of it, and its time is when the pair first
+comes within this part of it: where a pair stays at one distance for long, finer costs a hundred
+times as much."""
+
+FOUND_AGAIN_MM = 1.0e-6
+"""What is added to the distance for its time, so that rounding does not lose it [mm]."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +42,7 @@ class Nearness:
         limit: distance asked for then, or the smallest distance itself [mm].
         departure: how much of the limit stands for a machine that leaves the path [mm].
         touch: the departure alone is as large as the distance.
+        end_ps: end of the stretch searched.
     """
 
     pair: int
@@ -40,6 +51,91 @@ class Nearness:
     limit: float
     departure: float = 0.0
     touch: bool = False
+    end_ps: int = 0
+
+
+def every_place(
+    searcher: Searcher,
+    clearances: tuple[float, ...],
+    departures: Departures,
+    pieces: tuple[int, int],
+    contacts: Sequence[Interval],
+) -> list[Nearness]:
+    """Every place where a pair comes nearer than its clearance, in the order of time.
+
+    A place is a run of pieces that come too near, and do so where one ends and the next begins. On
+    its way into a contact and out of it a pair is too near anyway: that is no place.
+
+    Args:
+        searcher: with the scene and path.
+        clearances: per pair [mm]; LEFT_OUT = not to be looked at.
+        departures: how far the pairs may be off the path.
+        pieces: first piece, and end of the pieces.
+        contacts: all contacts on these pieces.
+    """
+    found: list[Nearness] = []
+    for pair, clearance in enumerate(clearances):
+        if clearance < 0.0 or clearance + departures.largest[pair] <= 0.0:
+            continue
+        only = tuple(c if p == pair else LEFT_OUT for p, c in enumerate(clearances))
+        own = [contact for contact in contacts if contact.pair == pair]
+        for stretch in _free_stretches(searcher, pieces, own):
+            for place in _places(searcher, Limits(only, departures), pair, stretch):
+                found += too_near(searcher, only, departures, *place, stretch.best)
+    return sorted(found, key=lambda near: (near.time_ps, near.pair))
+
+
+class Stretch(NamedTuple):
+    """Pieces first..end up to the key `best`; `after` a contact, or from where they may start."""
+
+    first: int
+    end: int
+    best: int
+    after: bool
+
+
+def _free_stretches(
+    searcher: Searcher, pieces: tuple[int, int], contacts: Sequence[Interval]
+) -> Iterator[Stretch]:
+    """Yield the stretches between the contacts of one pair."""
+    path, (first, end), after = searcher.path, pieces, False
+    for contact in contacts:
+        # Up to the last sample before the contact: nothing can be proved about what touches.
+        sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
+        last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
+        if first < end and contact.start_ps > path.bounds_ps[first]:
+            yield Stretch(first, min(last + 1, end), (sample << PAIR_BITS) + contact.pair, after)
+        first, after = back + 1, True
+    if first < end:
+        yield Stretch(first, end, NO_CONTACT, after)
+
+
+def _places(
+    searcher: Searcher, limits: Limits, pair: int, stretch: Stretch
+) -> Iterator[tuple[int, int]]:
+    """Yield the places of a pair in a stretch, without the one on its way out of a contact."""
+    bounds, best = searcher.path.bounds_ps, stretch.best
+    reached = first_reached(searcher, limits, stretch.first, stretch.end, best).get(pair)
+    if reached is None:
+        return
+    near = [np.zeros(0, np.int32)]
+    for start, stop in searcher.chunks(stretch.first, stretch.end):
+        pieces = np.arange(start, stop, dtype=np.int32)
+        level, none = np.zeros_like(pieces), np.zeros(len(pieces), np.int64)
+        roots = Roots(pieces, level, none, none, limits.over(pair, *bounds[[pieces, pieces + 1]]))
+        near.append(pieces[roots_reached(searcher, roots, pair, best)])
+    hit = np.concatenate(near)
+    follows = np.flatnonzero(np.diff(hit) == 1)
+    joined = np.zeros(max(len(hit) - 1, 0), bool)
+    if len(follows):
+        ends = bounds[hit[follows] + 1]
+        level, allowed = np.full(len(ends), -1, np.int32), limits.over(pair, ends - 1, ends)
+        roots = Roots(hit[follows], level, ends - 1, ends, allowed)
+        joined[follows] = roots_reached(searcher, roots, pair, best)
+    leaving = stretch.after and reached.time_ps <= bounds[stretch.first]
+    for number, run in enumerate(np.split(hit, np.flatnonzero(~joined) + 1) if len(hit) else ()):
+        if number or not leaving:
+            yield int(run[0]), int(run[-1]) + 1
 
 
 def too_near(
@@ -83,7 +179,8 @@ def too_near(
         else:
             block = _rest_of_block(searcher.path, reach.time_ps, end)
             distance = smallest_distances(searcher, [pair], *block, best)[pair]
-        found.append(Nearness(pair, distance, reach.time_ps, reach.limit, reach.departure, touch))
+        place = reach.time_ps, reach.limit, reach.departure, touch
+        found.append(Nearness(pair, distance, *place, int(searcher.path.bounds_ps[end])))
     return found
 
 
@@ -98,7 +195,7 @@ def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[
     """The smallest distance of every pair within the pieces first..end, and when."""
     pairs = list(range(len(searcher.scene.pairs)))
     distances = smallest_distances(searcher, pairs, first, end, best)
-    limits = tuple(distances[pair] * (1.0 + FOUND_AGAIN_PART) + FOUND_AGAIN_MM for pair in pairs)
+    limits = tuple(distances[pair] * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM for pair in pairs)
     reached = first_reached(searcher, Limits(limits), first, end, best)
     times = [reached[pair].time_ps if pair in reached else 0 for pair in pairs]
     return [Nearness(pair, distances[pair], times[pair], distances[pair]) for pair in pairs]
@@ -114,7 +211,7 @@ def smallest_distances(
     free = tuple(0.0 if p in pairs else LEFT_OUT for p in range(len(searcher.scene.pairs)))
     if not pairs:
         return {}
-    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free)
+    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free, part=KNOWN_PART)
     finder = replace(searcher, settings=settings)
     outcome = Outcome.nothing(len(searcher.scene.pairs), best)
     path = searcher.path

@@ -97,6 +97,14 @@ def first_reached(
     return dict(sorted(found.items()))
 
 
+def roots_reached(searcher: Searcher, roots: Roots, pair: int, best: int) -> NDArray[np.bool_]:
+    """Whether a pair comes to the limits of some roots in the order of time, shape (m,)."""
+    finder = _approaching(searcher, searcher.settings.free_mm)
+    motion = finder.motion(int(roots.piece[0]), int(roots.piece[-1]) + 1)
+    none = np.full(len(roots.piece), np.inf)
+    return np.asarray(finder.settle(roots, motion, best, none, pair).near < NO_CONTACT)
+
+
 def _approaching(searcher: Searcher, free_mm: tuple[float, ...]) -> Searcher:
     settings = replace(searcher.settings, mode=MODE_APPROACH, free_mm=free_mm)
     return replace(searcher, settings=settings)

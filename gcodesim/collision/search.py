@@ -64,12 +64,14 @@ class Settings:
         mode: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES or MODE_MINIMUM of the kernel.
         free_mm: per pair, a proof must leave more than this [mm].
         threads: launches side by side on the CPU.
+        part: MODE_MINIMUM need not tell distances apart that differ by less than this part.
     """
 
     period_ps: int
     mode: int
     free_mm: tuple[float, ...]
     threads: int = field(default_factory=lambda: os.cpu_count() or 1)
+    part: float = 0.0
 
 
 @dataclass
@@ -304,6 +306,7 @@ class Searcher:
         arrays.touching_mm = SLACK_MM
         arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode
+        arrays.part = self.settings.part
         arrays.first_pair = pair or 0
         arrays.per_root = int(pair is not None)
         near = lent(np.full(len(distance), NO_CONTACT), wp.int64, device)

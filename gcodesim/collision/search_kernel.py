@@ -56,9 +56,7 @@ APPROACH = wp.constant(MODE_APPROACH)
 distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
-MINIMUM_GOOD_PART = wp.constant(wp.float64(1.0e-3))
-"""The smallest distance is found to this [mm] and this part of it, whichever is more: where a pair
-stays at one distance for long, finer costs a hundred times as much."""
+"""The smallest distance is found to this [mm] at least; finer costs time with the square root."""
 
 NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
 """Key behind all others."""
@@ -81,6 +79,7 @@ class RootArrays:
     period_ps: wp.int64
     free_mm: wp.array[wp.float64]  # slot -> a proof must leave more than this; < 0: left out
     touching_mm: wp.float64  # the same where only touches at samples count
+    part: wp.float64  # of the smallest distance, which need not be known better
     mode: wp.int32  # see MODE_AT_SAMPLES and its neighbours
     first_pair: wp.int32  # pair of the first column of threads
     stack_limit: wp.int32  # at most STACK_SIZE
@@ -352,7 +351,7 @@ def distance_to_prove(
     Behind the first near step only a touch at a sample counts.
     """
     if roots.mode == MINIMUM:
-        return smallest - wp.max(MINIMUM_GOOD_TO, MINIMUM_GOOD_PART * smallest)
+        return smallest - wp.max(MINIMUM_GOOD_TO, roots.part * smallest)
     if roots.mode == AT_ALL_TIMES and behind_near:
         return roots.touching_mm
     return roots.free_mm[slot]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.clearance import Nearness, nearest_of_all, too_near
+from gcodesim.collision.clearance import Nearness, every_place, nearest_of_all, too_near
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.departure import Departures, departures
 from gcodesim.collision.events import Contact, Place
@@ -64,7 +64,7 @@ class SpanFindings:
     """What the search of one span found besides the first contact.
 
     Attributes:
-        too_near: pairs nearer than their clearance.
+        too_near: pairs nearer than their clearance: where they first are, or every place.
         minimums: smallest distances asked for.
         intervals: all contacts, with --stop all.
         left_out: pairs left out.
@@ -108,12 +108,12 @@ def search_span(
     if contact is not None:
         pair = place.scene.pairs.index(contact.pair)
         best = (contact.sample << PAIR_BITS) + pair
-    _look_at_clearances(place, searcher, aims, (first, end, best), departing, findings)
     if aims.stop_all and contact is not None:
         findings.intervals = [
             (interval, place.interval(interval, searcher.arrays))
             for interval in contact_intervals(searcher, span)
         ]
+    _look_at_clearances(place, searcher, aims, (first, end, best), departing, findings)
     findings.overflows = len(searcher.undecided)
     return contact, findings
 
@@ -195,9 +195,12 @@ def _look_at_clearances(
         aims.clearance_of(pair) if free >= 0.0 else LEFT_OUT
         for pair, free in zip(pairs, searcher.settings.free_mm, strict=True)
     )
-    findings.too_near = [
-        (pairs[near.pair], near) for near in too_near(searcher, asked, departing, first, end, best)
-    ]
+    if aims.stop_all:
+        contacts = [interval for interval, _ in findings.intervals]
+        near_places = every_place(searcher, asked, departing, (first, end), contacts)
+    else:
+        near_places = too_near(searcher, asked, departing, first, end, best)
+    findings.too_near = [(pairs[near.pair], near) for near in near_places]
     if aims.minimum:
         findings.minimums = [
             (pairs[near.pair], near) for near in nearest_of_all(searcher, first, end, best)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from gcodesim.findings import Finding, Ignored
+from gcodesim.findings import CLEARANCES, FAIL, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
 from gcodesim.policy.rules import Rule, refusal
-from gcodesim.verdict import CheckResult
+from gcodesim.verdict import CheckResult, effect_at
 
 NOT_SELECTED = Ignored("--select")
 
@@ -48,14 +48,11 @@ class Policy:
         said += [r for f, e in zip(result.findings, entries, strict=True) for r in _refused(f, e)]
         if looked_at_all(result, stop_all):
             said += [*_unused(comments, result), *self._unused_entries(result)]
-        coverage = result.coverage
-        if any(f.ignored and f.is_contact for f in findings):
-            gap = "clearances behind an ignored contact, until the tool changes"
-            coverage = replace(coverage, uncertified=(*coverage.uncertified, gap))
-            said += [] if stop_all else [_stopped(result)]
+        gaps = [] if stop_all else [gap for f in findings if (gap := self._behind(f))]
+        said += [Finding("GC901", gap, "stopped_at_ignored", file=result.program) for gap in gaps]
         # A wrong comment on a block with several findings is wrong once.
         said = list(dict.fromkeys(said))
-        return replace(result, findings=(*findings, *said), coverage=coverage, fail_on=self.fail_on)
+        return replace(result, findings=(*findings, *said), fail_on=self.fail_on)
 
     def wanted(self, result: CheckResult, text: str) -> list[Finding]:
         """Findings that belong in a baseline: all that count, except what can never be ignored."""
@@ -81,6 +78,19 @@ class Policy:
         # A contact is never left unselected: that would be ignoring it without a reason.
         if self.select and not refusal(finding, "") and not finding.code.startswith(self.select):
             yield NOT_SELECTED
+
+    def _behind(self, finding: Finding) -> str:
+        """What was not looked at behind an ignored finding; empty where that cannot matter.
+
+        A wish for every place, such as --ignore GC201, speaks of what follows too.
+        """
+        if finding.ignored and finding.is_contact:
+            return "the check ended at an ignored contact: --stop all looks at what follows"
+        here = finding.ignored and not finding.ignored.by.startswith("--")
+        if here and finding.code in CLEARANCES and effect_at(finding, self.fail_on) == FAIL:
+            pair = "-".join(finding.pair or ())
+            return f"only the first place where {pair} is too near is told: --stop all tells all"
+        return ""
 
     def _unused_entries(self, result: CheckResult) -> Iterator[Finding]:
         for entry in self.baseline.unused(result) if self.baseline else ():
@@ -128,8 +138,3 @@ def _refused(finding: Finding, entry: Entry | None) -> Iterator[Finding]:
         if why := refusal(finding, reason):
             text = f"{finding.code} still counts, though {who} ignores it: {why}"
             yield Finding("GC601", text, "ignore_refused", file=finding.file, line=finding.line)
-
-
-def _stopped(result: CheckResult) -> Finding:
-    text = "the check ended at an ignored contact: --stop all looks at what follows"
-    return Finding("GC901", text, "stopped_at_ignored", file=result.program)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +13,11 @@ from collision.random_programs import Setup, cut_up, random_trial
 from numpy.typing import NDArray
 
 from gcodesim.collision.bounds import travelled
+from gcodesim.collision.clearance import every_place
 from gcodesim.collision.departure import Departures, departures
 from gcodesim.collision.exhaustive import NO_CONTACT
 from gcodesim.collision.forest import build_forest
+from gcodesim.collision.intervals import contact_intervals
 from gcodesim.collision.limits import LEFT_OUT, Limits, Reach, first_reached
 from gcodesim.collision.near import distances_at, nearest_at
 from gcodesim.collision.poses import path_arrays
@@ -21,11 +25,19 @@ from gcodesim.collision.scene import build_scene
 from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES
 from gcodesim.constants import PAIR_BITS
+from gcodesim.flow import check_program
+from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Servo
 from gcodesim.machine.spindle import bodies_in_place
 from gcodesim.motion.lag import lag_over_time
 from gcodesim.motion.off_path import OffPath
+from gcodesim.motion.path import Path as MotionPath
+from gcodesim.motion.samples import Span
 from gcodesim.motion.servo import servo_deviation
+from gcodesim.nc.reader import read_program
+from gcodesim.options import Options
+from gcodesim.policy.policy import Policy
+from gcodesim.verdict import CheckResult
 
 INSTANTS = 1500
 GOOD_TO = 1e-6
@@ -103,6 +115,55 @@ def _assert_not_too_early(case: Case, pair: int, reach: Reach) -> None:
     step = case.clearances[pair] + case.departures.over(pair, start, end)[0]
     assert reach.limit == pytest.approx(step, rel=1e-12)
     assert reach.departure == pytest.approx(reach.limit - case.clearances[pair])
+
+
+def started(path: MotionPath, time_ps: int) -> int:
+    """When the piece of a time began [ps]."""
+    return int(path.bounds_ps[path.piece_at(np.array([time_ps]))[0]])
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_every_place_that_is_too_near_is_told_once(seed: int) -> None:
+    case = random_case(seed)
+    searcher, path = case.searcher, case.searcher.path
+    contacts = contact_intervals(searcher, Span(0, path.duration_ps, None, 0))
+    stretch = (0, len(path))
+    places = every_place(searcher, case.clearances, case.departures, stretch, contacts)
+    times = np.unique(np.random.default_rng([33, seed]).integers(1, path.duration_ps, INSTANTS))
+    for pair, asked in enumerate(case.clearances):
+        # A touch that is not excluded is told in place of a clearance that is lost before.
+        told = [(started(path, p.time_ps), p.end_ps) for p in places if p.pair == pair]
+        assert asked >= 0.0 or not told
+        assert all(end <= later for (_, end), (later, _) in pairwise(told))
+        touching = [(c.start_ps, c.end_ps) for c in contacts if c.pair == pair]
+        if asked < 0.0 or touching:
+            continue
+        reached = distances_at(searcher, pair, times) <= limit_at(case, pair, times) - GOOD_TO
+        assert all(any(a <= t <= b for a, b in told) for t in times[reached].tolist())
+
+
+def test_two_places_of_one_pair(tmp_path: Path) -> None:
+    """2 mm above the table, up, and 1.5 mm above it: a clearance of 3 mm is lost twice."""
+    lead, down = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y0\nG43 H1 Z50\n", "G1 Z2 F3000"
+    text = f"{lead}{down}\nX20\nG0 Z50\nG1 Z1.5\nX0\nG0 Z60\nM30\n"
+    (tmp_path / "two.nc").write_text(text)
+    ignored = text.replace(down, f"{down} (gcodesim: ignore GC201)")
+    (tmp_path / "one.nc").write_text(ignored)
+    model, policy = load_machine("table_tilt"), Policy(fail_on="warning")
+
+    def judged(name: str, stop_all: bool) -> CheckResult:
+        options = Options(clearance=3.0, stop_all=stop_all)
+        text = read_program(tmp_path / name)
+        result = check_program(text, name, model, options)
+        return policy.apply(result, text, stop_all=stop_all)
+
+    def lines(name: str, stop_all: bool) -> list[int | None]:
+        return [f.line for f in judged(name, stop_all).findings if f.code == "GC201"]
+
+    assert lines("two.nc", False) == [5]
+    assert lines("two.nc", True) == [5, 8]
+    assert judged("one.nc", False).verdict == "inconclusive"
+    assert judged("one.nc", True).verdict == "fail"
 
 
 @pytest.mark.parametrize("seed", range(12))
