@@ -137,6 +137,7 @@ def _task(
         between=options.between and options.method == "search",
         clearance=options.clearance,
         minimum=options.minimum,
+        nearest=options.nearest and options.method == "search",
         stop_all=options.stop_all,
         off_path=off,
         threads=options.threads,

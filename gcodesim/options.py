@@ -20,6 +20,7 @@ class Options:
         between: prove the time between samples too (method search).
         clearance: replaces the clearance of every pair [mm] (method search).
         minimum: find the smallest distance of every pair (method search).
+        nearest: find the pair that comes nearest, and its distance (method search).
         stop_all: list every contact, not only the first (method search).
         audit: check again with nothing left out, and compare (method search).
         block_delete: leave out blocks that begin with /.
@@ -35,6 +36,7 @@ class Options:
     between: bool = True
     clearance: float | None = None
     minimum: bool = False
+    nearest: bool = False
     stop_all: bool = False
     audit: bool = False
     block_delete: bool = False

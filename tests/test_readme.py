@@ -36,7 +36,8 @@ def commands(
 
 def options(command: click.Command) -> set[str]:
     """Long options of a command."""
-    given = [option for p in command.params if isinstance(p, click.Option) for option in p.opts]
+    parameters = [p for p in command.params if isinstance(p, click.Option)]
+    given = [option for p in parameters for option in (*p.opts, *p.secondary_opts)]
     return {option for option in given if option.startswith("--")}
 
 

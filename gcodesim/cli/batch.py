@@ -149,7 +149,7 @@ def _jobs(plans: Sequence[Plan], of_run: dict[str, Any]) -> Iterator[Job]:
     names = iter(picture_names(checks))
     pictures = Pictures(of_run["snapshot"], None, None, len(checks) > 1)
     for plan in plans:
-        values, options = plan.values, plan.options()
+        values, options = plan.values, plan.options(nearest=True)
         plan.policy(baseline)
         for program, machine in plan.checks:
             yield Job(

@@ -80,7 +80,11 @@ if TYPE_CHECKING:
     metavar="MM",
     help="Distance every pair must keep, instead of what the machine file says.",
 )
-@click.option("--min-clearance", is_flag=True, help="Report how near every pair comes, and where.")
+@click.option(
+    "--min-clearance/--no-min-clearance",
+    default=None,
+    help="Report how near every pair comes, and where; left out: a batch tells the nearest pair.",
+)
 @click.option(
     "--stop",
     type=click.Choice(["first", "all"]),

@@ -69,8 +69,12 @@ class Plan:
         machines = self.machines
         return [(program, machine) for program in self.programs for machine in machines]
 
-    def options(self) -> Options:
-        """Options of the check; UsageError where they do not go together."""
+    def options(self, *, nearest: bool = False) -> Options:
+        """Options of the check; UsageError where they do not go together.
+
+        Args:
+            nearest: tell the pair that comes nearest, unless --min-clearance says otherwise.
+        """
         from gcodesim.constants import MAX_BLOCKS
         from gcodesim.options import Options
 
@@ -84,7 +88,8 @@ class Plan:
             method=values["method"],
             between=values["between_samples"] == "on",
             clearance=values["clearance"],
-            minimum=values["min_clearance"],
+            minimum=bool(values["min_clearance"]),
+            nearest=nearest and values["min_clearance"] is None,
             stop_all=values["stop"] == "all",
             audit=values["audit"],
             block_delete=values["block_delete"],

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcodesim.collision.departure import Departures
 from gcodesim.collision.exhaustive import NO_CONTACT
@@ -201,6 +202,21 @@ def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[
     return [Nearness(pair, distances[pair], times[pair], distances[pair]) for pair in pairs]
 
 
+def nearest_pair(searcher: Searcher, first: int, end: int, best: int) -> Nearness:
+    """The pair that comes nearest within the pieces first..end, its distance, and when."""
+    count = len(searcher.scene.pairs)
+    settings = replace(
+        searcher.settings, mode=MODE_MINIMUM, free_mm=(0.0,) * count, part=KNOWN_PART, together=True
+    )
+    distances = _smallest(replace(searcher, settings=settings), first, end, best)[:count]
+    pair = int(np.argmin(distances))
+    distance = float(distances[pair])
+    limit = distance * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM
+    limits = Limits(tuple(limit if p == pair else LEFT_OUT for p in range(count)))
+    reached = first_reached(searcher, limits, first, end, best)
+    return Nearness(pair, distance, reached[pair].time_ps if pair in reached else 0, distance)
+
+
 def smallest_distances(
     searcher: Searcher, pairs: list[int], first: int, end: int, best: int
 ) -> dict[int, float]:
@@ -212,13 +228,18 @@ def smallest_distances(
     if not pairs:
         return {}
     settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free, part=KNOWN_PART)
-    finder = replace(searcher, settings=settings)
-    outcome = Outcome.nothing(len(searcher.scene.pairs), best)
-    path = searcher.path
+    distances = _smallest(replace(searcher, settings=settings), first, end, best)
+    return {pair: float(distances[pair]) for pair in pairs}
+
+
+def _smallest(finder: Searcher, first: int, end: int, best: int) -> NDArray[np.float64]:
+    """Smallest distance of every slot over the pieces first..end [mm]."""
+    path, slots = finder.path, len(finder.scene.pairs) + finder.settings.together
+    outcome = Outcome.nothing(slots, best)
     low, high = float(path.bounds_ps[first]), float(path.bounds_ps[end])
     times = np.unique(np.linspace(low, high, SEEDS).astype(np.int64))[1:-1]
     pieces = path.piece_at(times)
-    for start, stop in searcher.chunks(first, end):
+    for start, stop in finder.chunks(first, end):
         inside = (pieces >= start) & (pieces < stop)
         if inside.any():
             seeds = Roots(
@@ -226,6 +247,6 @@ def smallest_distances(
             )
             motion = finder.motion(start, stop)
             outcome.merge(finder.launch(seeds, motion, best, outcome.distance))
-    for start, stop in searcher.chunks(first, end):
+    for start, stop in finder.chunks(first, end):
         outcome = finder.search_pieces(start, stop, outcome)
-    return {pair: float(outcome.distance[pair]) for pair in pairs}
+    return outcome.distance

@@ -65,6 +65,8 @@ class Settings:
         free_mm: per pair, a proof must leave more than this [mm].
         threads: launches side by side on the CPU.
         part: MODE_MINIMUM need not tell distances apart that differ by less than this part.
+        together: MODE_MINIMUM wants the smallest distance of all pairs only, in a slot of its own
+            behind theirs; what the others keep is an upper bound.
     """
 
     period_ps: int
@@ -72,6 +74,7 @@ class Settings:
     free_mm: tuple[float, ...]
     threads: int = field(default_factory=lambda: os.cpu_count() or 1)
     part: float = 0.0
+    together: bool = False
 
 
 @dataclass
@@ -307,6 +310,7 @@ class Searcher:
         arrays.stack_limit = STACK_LIMIT
         arrays.mode = self.settings.mode
         arrays.part = self.settings.part
+        arrays.together = len(self.scene.pairs) if self.settings.together else -1
         arrays.first_pair = pair or 0
         arrays.per_root = int(pair is not None)
         near = lent(np.full(len(distance), NO_CONTACT), wp.int64, device)

@@ -80,6 +80,7 @@ class RootArrays:
     free_mm: wp.array[wp.float64]  # slot -> a proof must leave more than this; < 0: left out
     touching_mm: wp.float64  # the same where only touches at samples count
     part: wp.float64  # of the smallest distance, which need not be known better
+    together: wp.int32  # slot of the smallest distance of all pairs, where only that is wanted
     mode: wp.int32  # see MODE_AT_SAMPLES and its neighbours
     first_pair: wp.int32  # pair of the first column of threads
     stack_limit: wp.int32  # at most STACK_SIZE
@@ -344,17 +345,30 @@ def touch_ends(
 
 @wp.func
 def distance_to_prove(
-    roots: RootArrays, slot: wp.int32, behind_near: wp.bool, smallest: wp.float64
+    roots: RootArrays, slot: wp.int32, behind_near: wp.bool, distance: wp.array[wp.float64]
 ):
     """What a proof must leave: less than the smallest distance known, when that is looked for.
 
     Behind the first near step only a touch at a sample counts.
     """
     if roots.mode == MINIMUM:
+        smallest = distance[slot]
+        if roots.together >= 0:
+            smallest = wp.min(smallest, distance[roots.together])
         return smallest - wp.max(MINIMUM_GOOD_TO, roots.part * smallest)
     if roots.mode == AT_ALL_TIMES and behind_near:
         return roots.touching_mm
     return roots.free_mm[slot]
+
+
+@wp.func
+def keep_smallest(
+    roots: RootArrays, slot: wp.int32, distance: wp.float64, distance_out: wp.array[wp.float64]
+):
+    """Enter a distance in its slot, and in the one of all pairs."""
+    wp.atomic_min(distance_out, slot, distance)
+    if roots.together >= 0:
+        wp.atomic_min(distance_out, roots.together, distance)
 
 
 @wp.kernel
@@ -396,12 +410,12 @@ def search_roots(
         behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
         if behind and near_out[slot] <= step:
             continue
-        free = distance_to_prove(roots, slot, near_out[slot] <= step, distance_out[slot])
+        free = distance_to_prove(roots, slot, near_out[slot] <= step, distance_out)
         items += wp.int64(1)
         view = view_of(path, chains.sides, motion, pair, item, period)
         proof = prove(path, chains, forest, motion, pair, item, view, free)
         if roots.mode == MINIMUM:
-            wp.atomic_min(distance_out, slot, proof.distance)
+            keep_smallest(roots, slot, proof.distance, distance_out)
         if proof.free:
             continue
 

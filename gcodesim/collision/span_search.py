@@ -8,7 +8,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.clearance import Nearness, every_place, nearest_of_all, too_near
+from gcodesim.collision.clearance import (
+    Nearness,
+    every_place,
+    nearest_of_all,
+    nearest_pair,
+    too_near,
+)
 from gcodesim.collision.contact import touching_triangles
 from gcodesim.collision.departure import Departures, departures
 from gcodesim.collision.events import Contact, Place
@@ -40,6 +46,7 @@ class Aims:
         between: prove the time between samples too.
         clearance: replaces the clearance of every pair [mm]; None = as the machine file says.
         minimum: find the smallest distance of every pair.
+        nearest: find the pair that comes nearest, and its distance.
         stop_all: list every contact instead of stopping at the first.
         leave_out: leave out what the program cannot need.
         off_path: how far the machine may be from the path; widens every clearance.
@@ -49,6 +56,7 @@ class Aims:
     between: bool = True
     clearance: float | None = None
     minimum: bool = False
+    nearest: bool = False
     stop_all: bool = False
     leave_out: bool = True
     off_path: OffPath = field(default_factory=OffPath)
@@ -141,7 +149,7 @@ def _leave_out(
     findings.left_out = list(apart.values())
     for pair in apart:
         free[pair] = LEFT_OUT
-    if not aims.minimum:
+    if not (aims.minimum or aims.nearest):
         # The smallest distance may lie between triangles that no proof of freedom needs.
         scene, dropped = without_far_triangles(scene, travels, swept, needed, apart)
         findings.left_out += dropped
@@ -205,3 +213,6 @@ def _look_at_clearances(
         findings.minimums = [
             (pairs[near.pair], near) for near in nearest_of_all(searcher, first, end, best)
         ]
+    elif aims.nearest:
+        near = nearest_pair(searcher, first, end, best)
+        findings.minimums = [(pairs[near.pair], near)]

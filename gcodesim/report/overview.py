@@ -133,18 +133,16 @@ def cells(row: Row) -> tuple[str, str, str, str, str, str]:
     return verdict, program, machine, near, time, worst
 
 
-def columns(rows: Sequence[Row]) -> tuple[str, str, str, str, str, str]:
-    """Titles of the columns; that of the clearance says how to have it where it is missing."""
-    missing = any(row.clearance_mm is None and row.verdict == PASS for row in rows)
-    near = "clearance mm (--min-clearance)" if missing else "clearance mm"
-    return "verdict", "program", "machine", near, "cycle s", "worst finding"
+def columns() -> tuple[str, str, str, str, str, str]:
+    """Titles of the columns."""
+    return "verdict", "program", "machine", "clearance mm", "cycle s", "worst finding"
 
 
 def print_overview(rows: Sequence[Row], console: Console) -> None:
     """Print the table and the count of verdicts; of many programs only those that do not pass."""
     shown = [row for row in rows if len(rows) <= ALL_SHOWN or row.verdict != PASS]
     table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in columns(rows):
+    for column in columns():
         side: Literal["left", "right"] = "right" if column == "cycle s" else "left"
         table.add_column(column, justify=side, no_wrap=True, overflow="ellipsis")
     for row in shown:

@@ -70,7 +70,7 @@ def overview_page(rows: Sequence[Row], version: str, folder: Path) -> str:
     body = "\n".join(_table_row(row, folder) for row in rows)
     return _PAGE.format(
         count=escape(headline(rows)),
-        head="".join(f"<th><button>{escape(column)}</button></th>" for column in columns(rows)),
+        head="".join(f"<th><button>{escape(column)}</button></th>" for column in columns()),
         body=body,
         version=escape(version),
         contract=escape(CONTRACT),

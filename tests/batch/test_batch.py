@@ -79,7 +79,7 @@ def test_the_parent_imports_nothing_that_slows_down_its_workers() -> None:
 
 @pytest.mark.usefixtures("folder")
 def test_a_record_is_what_check_reports() -> None:
-    batch("unclear.nc", "--out", "r.jsonl")
+    batch("unclear.nc", "--out", "r.jsonl", "--no-min-clearance")
     args = ["check", "unclear.nc", "--machine", "table_tilt", "--device", "cpu", "--format", "json"]
     alone = json.loads(CliRunner().invoke(main, args).stdout)
     report = records("r.jsonl")["unclear.nc"]["report"]

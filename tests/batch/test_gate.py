@@ -53,7 +53,7 @@ OPTIONS = ("--machine", "table_tilt", "--device", "cpu", "--sample-period", "1ms
 @pytest.mark.usefixtures("shop")
 def test_the_jobs_of_the_settings_are_carried_out_as_check_does() -> None:
     Path("gcodesim.toml").write_text(SETTINGS)
-    done = run("batch", "--report", "json=b.json", "--jobs", "2")
+    done = run("batch", "--report", "json=b.json", "--jobs", "2", "--no-min-clearance")
     alone = run("check", "--report", "json=c.json")
     assert (done.exit_code, alone.exit_code) == (1, 1), done.stderr
     told = [json.loads(Path(name).read_text()) for name in ("b.json", "c.json")]
@@ -160,7 +160,11 @@ def test_a_program_with_two_sets_of_options_is_there_twice_after_merging() -> No
 
 
 @pytest.mark.usefixtures("shop")
-def test_the_overview_says_how_to_have_the_clearance() -> None:
-    assert "clearance mm (--min-clearance)" in run("batch", "parts/part.nc", *OPTIONS).stdout
-    near = run("batch", "parts/part.nc", *OPTIONS, "--min-clearance").stdout
-    assert "(--min-clearance)" not in near
+def test_a_batch_tells_the_pair_that_comes_nearest() -> None:
+    def row(*more: str) -> list[str]:
+        return run("batch", "parts/part.nc", *OPTIONS, *more).stdout.splitlines()[1].split()
+
+    nearest = row()
+    assert nearest == row("--min-clearance")
+    assert nearest[3:5] == ["12.000", "cutter-C"]
+    assert row("--no-min-clearance")[3] != "12.000"
