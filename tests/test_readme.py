@@ -36,8 +36,7 @@ def commands(
 
 def options(command: click.Command) -> set[str]:
     """Long options of a command."""
-    parameters = [p for p in command.params if isinstance(p, click.Option)]
-    given = [option for p in parameters for option in (*p.opts, *p.secondary_opts)]
+    given = [option for p in command.params if isinstance(p, click.Option) for option in p.opts]
     return {option for option in given if option.startswith("--")}
 
 
