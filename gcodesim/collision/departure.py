@@ -68,6 +68,10 @@ class Departures:
         bound = self.steady[pair] + self.late.over(start_ps, end_ps) @ self.levers[pair]
         return np.minimum(bound, self.largest[pair])
 
+    def widened(self, more: NDArray[np.float64]) -> Departures:
+        """The same with more at any time, shape (pairs,) [mm]."""
+        return replace(self, largest=self.largest + more, steady=self.steady + more)
+
 
 def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departures:
     """How much nearer than on its path each pair of a scene may come.

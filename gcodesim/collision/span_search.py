@@ -29,12 +29,13 @@ from gcodesim.collision.leave_out import (
 )
 from gcodesim.collision.limits import LEFT_OUT
 from gcodesim.collision.near import Approach, first_event
-from gcodesim.collision.poses import PathArrays
+from gcodesim.collision.poses import PathArrays, path_arrays
 from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
 from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
+from gcodesim.motion.path import standing
 from gcodesim.motion.samples import Instants, sample_count, sample_of, window
 
 
@@ -108,8 +109,12 @@ def search_span(
         contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
         if not aims.stop_all:
             return contact, findings
-    searcher = _searcher(place, arrays, aims, free)
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
+    if first == end:
+        # A tool that no move follows is there all the same, and the drives may still lag.
+        path, first, end = standing(path, span.start_ps), 0, 1
+        place, arrays = replace(place, path=path), path_arrays(path, place.scene.device)
+    searcher = _searcher(place, arrays, aims, free)
     if contact is None:
         contact = _first_contact(place, searcher, (first, end), work, findings, progress)
     best = NO_CONTACT
@@ -137,6 +142,9 @@ def _leave_out(
     tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
     departing = departures(scene, travels, aims.off_path)
+    # What a pair must keep, it must keep of the true way too; the proof of no contact has its own.
+    asked = np.array([aims.clearance_of(pair) for pair in scene.pairs]) + departing.largest
+    departing = departing.widened(np.where(asked > 0.0, place.path.deviation_mm, 0.0))
     if not aims.leave_out:
         return place, tuple(free), departing
     needed = [
@@ -196,8 +204,6 @@ def _look_at_clearances(
 ) -> None:
     """Clearances that are not kept, and the smallest distances if asked for."""
     first, end, best = stretch
-    if first == end:
-        return
     pairs = place.scene.pairs
     asked = tuple(
         aims.clearance_of(pair) if free >= 0.0 else LEFT_OUT

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -122,6 +122,24 @@ def path_fraction(law: NDArray[np.float64], tau: NDArray[np.float64]) -> NDArray
     """Evaluate the time law: fraction of the path at the fraction `tau` of the duration."""
     s = tau * (law[:, 0] + tau * (law[:, 1] + tau * law[:, 2]))
     return np.where(tau >= 1.0, 1.0, s)
+
+
+def standing(path: Path, time_ps: int) -> Path:
+    """The picosecond before a time as one piece on which nothing moves; its bounds are not from 0.
+
+    At time 0 it is the first picosecond.
+    """
+    start, at = max(time_ps - 1, 0), np.array([time_ps])
+    return replace(
+        path,
+        q0=path.positions(at),
+        q1=path.positions(at),
+        law=np.array([CONSTANT_SPEED]),
+        arc=np.array([-1], np.int32),
+        bounds_ps=np.array([start, start + 1]),
+        line=path.line[path.piece_at(at)],
+        tool_changes=(),
+    )
 
 
 def arc_displacement(arcs: NDArray[np.void], s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,6 +11,8 @@ from collision.chord_bounds import Chords, random_chords
 
 from gcodesim.collision.bounds import common_frame, travelled
 from gcodesim.collision.departure import departures, largest_step
+from gcodesim.collision.detector import Task, detect
+from gcodesim.collision.span_search import Aims
 from gcodesim.flow import check_program
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, Servo
@@ -18,7 +20,7 @@ from gcodesim.motion.lag import lag_over_time
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.servo import lagged_positions, servo_deviation
 from gcodesim.options import Options
-from gcodesim.study.scenes import Array, box, joint, machine
+from gcodesim.study.scenes import Array, box, joint, machine, path
 from gcodesim.verdict import CheckResult
 
 INSTANTS = 40
@@ -232,3 +234,15 @@ def test_lag_that_has_not_died_out_is_found_when_it_is_reached() -> None:
     assert alarms(m, "G0 X0\nG4 P1000\n" + towards) == []
     assert len(alarms(m, "G0 X0\nG4 P10\n" + towards)) == 1
     assert alarms(m, "G0 X0\nG4 P50\n" + towards) == []
+
+
+@pytest.mark.parametrize("deviation", [0.0, 1e-3])
+def test_what_a_path_stands_for_keeps_the_clearance_too(deviation: float) -> None:
+    """Chords of a tip move pass at 0.3 mm; the true way may be nearer by their deviation."""
+    m, slide = passing_by(), joint("X", [1, 0, 0], "bed", "X", rapid=1e3)
+    p = replace(path([slide], [-100.0], [(2.0, [100.0])]), deviation_mm=deviation)
+    aims = Aims(clearance=GAP_MM - 0.5e-3)
+    found = detect(Task(p, m, 10**8, "cpu", "search", aims, lambda done: None))
+    near = [n for span in found.findings for _, n in span.too_near]
+    expected = [(pytest.approx(deviation), False)] if deviation else []
+    assert [(n.departure, n.touch) for n in near] == expected

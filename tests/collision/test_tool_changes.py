@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from collision.detecting import detected
 
-from gcodesim.collision.detector import Detection
+from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.collision.span_search import Aims
 from gcodesim.evidence import contact_finding, first_contact
 from gcodesim.machine.model import Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path, ToolChange
@@ -93,3 +95,18 @@ def test_a_tool_that_stands_for_all_is_checked_in_one_stretch() -> None:
     low, _ = run(replace(spindle({}, for_all=True), tools=None), [-10, -46, 0], [(0, 1), (1, 9)])
     assert low.contact is not None
     assert low.contact.sample == 2
+
+
+@pytest.mark.parametrize("changes", [[(2, 2)], [(2, 2), (2, 1)]])
+def test_a_tool_that_no_move_follows_keeps_its_clearance(changes: list[tuple[int, int]]) -> None:
+    """Tool 2 ends 5 mm above the table for no time at all."""
+    m = spindle({1: 20.0, 2: 45.0})
+    p = path(JOINTS, [0.0], [(1e-3, [-5.0]), (1e-3, [0.0])])
+    p = replace(p, tool_changes=tuple(ToolChange(*c, c[1] + 1) for c in [(0, 1), *changes]))
+    aims = Aims(clearance=6.0, nearest=True)
+    found = detect(Task(p, m, SAMPLE_PS, "cpu", "search", aims, lambda done: None))
+    assert found.contact is None
+    near = [n for span in found.findings for _, n in span.too_near]
+    assert [(n.distance, n.time_ps) for n in near] == [(pytest.approx(5.0), p.duration_ps)]
+    smallest = min(n.distance for span in found.findings for _, n in span.minimums)
+    assert smallest == pytest.approx(5.0)
