@@ -67,9 +67,8 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         tool_changes=_tool_changes(program, moves.row, end),
         deviation_mm=moves.deviation_mm,
     )
-    begins = bounds[np.minimum(np.searchsorted(moves.row, wanted.row), len(moves))]
-    centre = under.centre if under else None
-    return path, findings + stretched(program, wanted, least, begins, machine, centre)
+    centre, clock = under.centre if under else None, (moves.row, bounds)
+    return path, findings + stretched(program, wanted, least, clock, machine, centre)
 
 
 def joint_moves(program: CanonicalProgram, machine: Machine, under: ToolMoves | None) -> Moves:

@@ -20,8 +20,9 @@ as fast there as the tool axis."""
 
 def least_times(moves: Moves, machine: Machine) -> NDArray[np.float64]:
     """Seconds each move takes at least, shape (n,): no joint ever faster than its rapid rate."""
-    rates = np.array([joint.rapid for joint in machine.joints])
-    least: NDArray[np.float64] = np.max(farthest_ways(moves) / rates, axis=1, initial=0.0)
+    ways, least = farthest_ways(moves), np.zeros(len(moves))
+    for column, joint in enumerate(machine.joints):
+        np.maximum(least, ways[:, column] / joint.rapid, out=least)
     return least
 
 
@@ -40,7 +41,7 @@ def stretched(
     program: CanonicalProgram,
     wanted: Moves,
     least: NDArray[np.float64],
-    block_ps: NDArray[np.int64],
+    clock: tuple[NDArray[np.intp], NDArray[np.int64]],
     machine: Machine,
     centre: ToolCentre | None,
 ) -> list[Finding]:
@@ -50,7 +51,7 @@ def stretched(
         program: the commands.
         wanted: the moves at their programmed feed.
         least: their least times [s], shape (n,).
-        block_ps: time at which the block of each move begins [ps], shape (n,).
+        clock: row of every move as it is run, and when these begin and end [ps].
         machine: its joints.
         centre: its tool centre, where the program asks for it.
     """
@@ -71,7 +72,7 @@ def stretched(
             continue
         worst = blocks[np.argmax(np.where(some, total, -1.0))]
         pieces = np.flatnonzero(wanted.row == worst)
-        first, seconds = pieces[0], float(wanted.seconds[pieces].sum())
+        seconds = float(wanted.seconds[pieces].sum())
         told = f"{seconds:.4g} s programmed, {seconds + float(lost[pieces].sum()):.4g} s needed"
         code, meaning, why = "GC303", "axis_too_slow", "because an axis cannot keep the feed"
         if centre is not None and near[blocks == worst][0]:
@@ -80,7 +81,9 @@ def stretched(
             column = machine.axes.index(joint.name)
             told += _pole_message(wanted, pieces, joint, column, angle)
         message = f"{some.sum()} block(s) stretched {why}; most here: {told}"
-        line, time = int(program.line[worst]), float(block_ps[first]) / PS_PER_S
+        line = int(program.line[worst])
+        begin_ps = clock[1][min(int(np.searchsorted(clock[0], worst)), len(clock[0]))]
+        time = float(begin_ps) / PS_PER_S
         findings.append(Finding(code, message, meaning, line=line, time_s=time))
     return findings
 
