@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from os import PathLike, fspath
 
+from gcodesim.errors import UsageError
 from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
 from gcodesim.nc.reader import read_program
@@ -29,7 +30,7 @@ def check(
         setup: what is clamped where, work offsets, tools.
         tools: tools file or LinuxCNC tool table.
         allow_outside: mesh files may lie outside the folder of the file that names them.
-        options: of the check; see gcodesim.Options.
+        options: of the check; see gcodesim.Options, which refuses what cannot be used.
 
     Returns:
         The report: `verdict` is "pass", "fail" or "inconclusive".
@@ -37,6 +38,8 @@ def check(
     Raises:
         UsageError: a file is missing or wrong, or an option cannot be used.
     """
+    if not isinstance(options, Options | None):
+        raise UsageError(f"options: expected gcodesim.Options(...), not {options!r}")
     model = load_machine(
         fspath(machine),
         setup=None if setup is None else fspath(setup),

@@ -12,6 +12,10 @@ MAX_TIME_PS = 9_000_000_000_000_000_000
 DEFAULT_PERIOD_PS = 100_000_000
 """Sample period [ps]: 0.1 ms, the seed paper's sample time. Larger values step over thin parts."""
 
+MIN_PERIOD_PS, MAX_PERIOD_PS = 1_000_000, 10 * PS_PER_S
+"""Shortest and longest sample period [ps]: 1 us and 10 s. Below, programs have too many samples to
+be counted in a contact's key; above, nothing is sampled that a machine does."""
+
 SNAP_MM = 2.0**-33
 """Grid [mm] that posed vertices are rounded to (1.2e-10 mm). On the grid, differences of
 coordinates below 2^20 mm are exact, which bounds false alarms to a clearance of 26 u D. Moving a
@@ -38,7 +42,12 @@ TOLERANCE_MM = 1.0e-3
 """Distance [mm] below which an interval between two samples no longer counts as proved free."""
 
 MAX_BLOCKS = 100_000_000
-"""Blocks after which interpretation ends unless told otherwise: endless loops end."""
+"""Blocks after which interpretation ends unless told otherwise, some 20 GB of moves."""
+
+MAX_REPEATED_BLOCKS = 5_000_000
+"""Blocks beyond the lines of all texts, so repeated by loops, calls and cycles, after which
+interpretation ends unless told otherwise: endless loops end within a minute and some 1.3 GB. An
+honest program of more is told how to raise it."""
 
 PAIR_BITS = 16
 """First contacts are ordered by one int64 key: sample << PAIR_BITS | pair. 16 bits allow 65,536

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gcodesim.collision.clearance import Nearness
+from gcodesim.collision.clearance import KNOWN_PART, Nearness
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.events import Contact
 from gcodesim.collision.intervals import Interval
@@ -29,6 +29,9 @@ from gcodesim.verdict import (
     LeftOut,
     SmallestDistance,
 )
+
+SMALLEST_SAID_MM = 1.0e-6
+"""Below this [mm] it is not said how well a distance is known: smaller looks better than it is."""
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 
@@ -107,14 +110,19 @@ def _touches_there(detection: Detection, pair: Pair, near: Nearness) -> bool:
 
 def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
     asked, off = near.limit - near.departure, near.departure
-    message = f"{pair.a} comes to {near.distance:.6g} mm of {pair.b}; "
+    distance = _apart(near.distance, near.limit)
+    message = f"{pair.a} comes to {distance} mm of {pair.b}; "
     code, meaning = "GC201", "clearance"
     if near.touch:
         code, meaning = "GC202", "path_tolerance"
         message += f"the machine may be off its path by {off:.6g} mm: a touch is not excluded"
     else:
-        message += f"the clearance asked for is {asked:g} mm"
+        message += f"the clearance asked for is {asked:.9g} mm"
         message += f", and it may be off its path by {off:.6g} mm" if off > 0.0 else ""
+        if near.distance >= near.limit:
+            # The distance is known from above: nearer cannot be told, nor excluded.
+            known = max(KNOWN_PART * near.distance, SMALLEST_SAID_MM)
+            message += f": it is not proved to be kept (known to {known:.2g} mm)"
     return Finding(
         code,
         message,
@@ -124,6 +132,12 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
         pair=(pair.a, pair.b),
         severity=pair.severity,
     )
+
+
+def _apart(distance: float, limit: float) -> str:
+    """The distance [mm] in as many digits as tell it from a larger limit."""
+    few = (text for n in range(6, 17) if (text := f"{distance:.{n}g}") != f"{limit:.{n}g}")
+    return next(few, f"{distance:.6g}") if distance < limit else f"{distance:.6g}"
 
 
 def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:

@@ -39,7 +39,7 @@ ADVICE: dict[str, str] = {
     "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "
     "was checked.",
     "GC423": "The operator moves the machine here; nobody can check that from the program.",
-    "GC424": "The program may not end: raise the limit, or correct the loop.",
+    "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
@@ -102,12 +102,17 @@ EFFECTS = {FAIL: "FAIL", INCONCLUSIVE: "INCONCLUSIVE"}
 def explain(name: str) -> str:
     """Return what is to be said about a code such as GC405, or a meaning such as feed_missing.
 
+    Of what codes begin with, such as GC2, they are listed with their titles; of "" all are.
+
     Raises:
         UsageError: there is none of this name.
     """
     code = name.upper()
     if code in CODES:
         return "\n".join(_code_lines(code))
+    family = [_title(known) for known in CODES if known.startswith(code)]
+    if family:
+        return "\n".join([*family, "`gcodesim explain CODE` says more about one of them"])
     meanings = MEANINGS | OTHER_MEANINGS
     meaning = name.lower().replace("-", "_")
     if meaning in meanings:
@@ -120,10 +125,13 @@ def explain(name: str) -> str:
     raise UsageError(f"no code or meaning {name!r}; {hint}")
 
 
-def _code_lines(code: str, *, listed: bool = True) -> list[str]:
+def _title(code: str) -> str:
     row = CODES[code]
-    effect = EFFECTS.get(row.effect, "unchanged")
-    lines = [f"{code} {row.title} ({row.severity}; verdict {effect})", f"  {ADVICE[code]}"]
+    return f"{code} {row.title} ({row.severity}; verdict {EFFECTS.get(row.effect, 'unchanged')})"
+
+
+def _code_lines(code: str, *, listed: bool = True) -> list[str]:
+    lines = [_title(code), f"  {ADVICE[code]}"]
     of_code = {m: right for m, (c, right) in (MEANINGS | OTHER_MEANINGS).items() if c == code}
     if listed:
         lines += [f"  {meaning}: {right}" for meaning, right in sorted(of_code.items())]

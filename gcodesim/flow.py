@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
     from gcodesim.collision.detector import Task
 
 
+COMPILING_S = 2.0
+"""Kernels that are still not loaded after this time [s] are being compiled: from the cache of an
+earlier run they come in a twentieth of a second."""
+
+
 @dataclass
 class Stopwatch:
     """Seconds spent in each stage."""
@@ -46,6 +52,7 @@ def check_program(
     machine: Machine,
     options: Options,
     progress: Callable[[float], None] = lambda fraction: None,
+    notice: Callable[[str], None] = lambda line: None,
 ) -> CheckResult:
     """Check one program on one machine.
 
@@ -55,6 +62,7 @@ def check_program(
         machine: machine with setup and tools.
         options: see Options.
         progress: called with the fraction of the lines read, then of the program time proved.
+        notice: called, from another thread, with a line that says why nothing else happens yet.
 
     Raises:
         UsageError: the dialect or the device is not known.
@@ -68,7 +76,7 @@ def check_program(
         findings += overtravels(path, machine.joints)
         off = off_path(meaning.program, path, machine)
     with watch.time("compile"):
-        task = _task(path, machine, options, off, progress)
+        task = _task(path, machine, options, off, progress, notice)
         # Imported late, as in _task.
         from gcodesim import evidence
         from gcodesim.audit import audit
@@ -112,7 +120,7 @@ def check_program(
         left_out=evidence.left_out(detection, machine) if searches else (),
         work=detection.work.as_report,
         timing_s=watch.seconds,
-        replay=Replay(machine, path, lines, meaning.files),
+        replay=Replay(machine, path, lines, meaning.files, options.clearance),
     )
 
 
@@ -122,6 +130,7 @@ def _task(
     options: Options,
     off: OffPath,
     progress: Callable[[float], None],
+    notice: Callable[[str], None],
 ) -> Task:
     """What the detector is to do, with its kernels loaded.
 
@@ -132,7 +141,13 @@ def _task(
     from gcodesim.collision.span_search import Aims
 
     device = resolve_device(options.device)
-    load_kernels(options.method, device)
+    slow = threading.Timer(COMPILING_S, notice, ["compiling kernels, once: about 20 s"])
+    slow.daemon = True
+    slow.start()
+    try:
+        load_kernels(options.method, device)
+    finally:
+        slow.cancel()
     aims = Aims(
         between=options.between and options.method == "search",
         clearance=options.clearance,

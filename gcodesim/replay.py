@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.kinematics import transform, world_from_link
-from gcodesim.machine.model import Body, Machine
+from gcodesim.machine.model import Body, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry, tool_body
 from gcodesim.motion.knots import Knots, reduced
 from gcodesim.motion.path import Path
@@ -44,12 +44,18 @@ class Replay:
     Attributes:
         lines: the lines of all texts, one behind the other.
         files: name of every text, and the number of lines before it; the main program first.
+        clearance: replaced that of every pair [mm]; None: as the machine file says.
     """
 
     machine: Machine
     path: Path
     lines: Sequence[str] = field(repr=False)
     files: tuple[tuple[str, int], ...]
+    clearance: float | None = None
+
+    def clearance_of(self, pair: Pair) -> float:
+        """Distance that a pair had to keep [mm]."""
+        return pair.clearance if self.clearance is None else self.clearance
 
     def bodies(self) -> tuple[Shown, ...]:
         """All bodies with a shape, those of tools last."""

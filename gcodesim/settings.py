@@ -7,6 +7,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -70,33 +71,6 @@ class Settings:
         named = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
         return f"{self.path}{line}: {named.removeprefix('.')}"
 
-    def programs(self, job: Job) -> list[str]:
-        """Files of a job in alphabetical order, pattern by pattern.
-
-        Raises:
-            UsageError: a pattern matches no file, for nothing must be left out in silence.
-        """
-        found: dict[str, None] = {}
-        for pattern in job.patterns:
-            files = self._files(job, pattern)
-            if not files:
-                text = f"no file matches {pattern!r} in folder {str(self.folder)!r}"
-                raise UsageError(f"{self.place(*job.keys, 'programs')}: {text}")
-            found |= dict.fromkeys(files)
-        return list(found)
-
-    def chosen(self, job: Job, programs: Iterable[str]) -> list[str]:
-        """Those of some programs that belong to a job."""
-        files = {Path(f).resolve() for p in job.patterns for f in self._files(job, p)}
-        return [program for program in programs if Path(program).resolve() in files]
-
-    def _files(self, job: Job, pattern: str) -> list[str]:
-        try:
-            return sorted(str(file) for file in self.folder.glob(pattern) if file.is_file())
-        except (ValueError, NotImplementedError) as error:
-            place = self.place(*job.keys, "programs")
-            raise UsageError(f"{place}: {pattern!r}: {error}") from error
-
 
 def find_settings(programs: Iterable[str]) -> str | None:
     """The settings file that is nearest above the programs, or above here without programs.
@@ -104,7 +78,7 @@ def find_settings(programs: Iterable[str]) -> str | None:
     Raises:
         UsageError: programs lie under different settings.
     """
-    folders = {Path(program).absolute().parent for program in programs if program != "-"}
+    folders = {Path(os.path.abspath(name)).parent for name in programs if name != "-"}
     found = {_nearest(folder) for folder in folders or {Path.cwd()}}
     if len(found) > 1:
         names = ", ".join(sorted(str(file) if file else "none" for file in found))
@@ -137,6 +111,9 @@ def _job(settings: Settings, keys: Keys, table: Any) -> Job:
     if not isinstance(table, dict):
         text = "expected a table, such as [[jobs]] with programs and machine"
         raise UsageError(f"{settings.place(*keys)}: {text}")
+    if "programs" not in table and (near := get_close_matches("programs", table, n=1)):
+        place = settings.place(*keys, near[0])
+        raise UsageError(f"{place}: unknown key; did you mean 'programs'?")
     patterns = table.pop("programs", None)
     texts = isinstance(patterns, list) and all(isinstance(p, str) and p for p in patterns)
     if not patterns or not texts:
@@ -185,7 +162,9 @@ def _lines(file: Path) -> dict[Keys, int]:
         else:
             keys = (*table, next(iter(values)))
         if keys[: len(top)] == top:
-            lines[keys[len(top) :]] = line
+            own = keys[len(top) :]
+            lines[own] = line
+            lines.setdefault(own[:-1], line)  # a list of tables begins with its first one
     return lines
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +17,8 @@ from gcodesim.cli import main
 from gcodesim.cli.options import progress_bar
 from gcodesim.constants import DEFAULT_PERIOD_PS
 
+MACHINES = Path(__file__).parents[1] / "machines"
+TOOLS = (Path(__file__).parent / "report/tools.yaml").read_text(encoding="utf-8")
 PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"  # a feed move without a feed
 UNCLEAR = "G21 G90\nG0 X10\nG332 X0\nM30\n"
@@ -42,6 +46,116 @@ def run(*args: str, **kwargs: object) -> Result:
 def check(*programs: str, machine: str = "table_tilt", **kwargs: object) -> Result:
     options = ["--machine", machine, "--device", "cpu", "--sample-period", "10ms"]
     return run("check", *options, *programs, **kwargs)
+
+
+OUTPUTS = (
+    ("check", "--report", "junit={}"),
+    ("check", "--html", "{}"),
+    ("batch", "--html", "{}"),
+    ("batch", "--out", "{}"),
+    ("batch", "--report", "json={}"),
+    ("trace", "--npz", "{}"),
+)
+
+
+@pytest.fixture
+def inputs(folder: Path) -> list[Path]:
+    """Everything a run reads, with a link of every ending to each."""
+    shutil.copytree(MACHINES / "table_tilt", folder / "m/table_tilt")
+    shutil.copy(MACHINES / "table_tilt.yaml", folder / "m/m.yaml")
+    (folder / "setup.yaml").write_text("machine: m/m.yaml\n")
+    (folder / "tools.yaml").write_text(TOOLS)
+    names = ["pass.nc", "m/m.yaml", "m/table_tilt/A.stl", "setup.yaml", "tools.yaml"]
+    for name in names:
+        for ending in ("html", "npz"):
+            link = folder / f"{Path(name).name}.{ending}"
+            link.symlink_to(folder / name)
+    return [folder / name for name in names]
+
+
+@pytest.mark.parametrize("output", OUTPUTS)
+def test_no_output_is_written_over_an_input(output: tuple[str, ...], inputs: list[Path]) -> None:
+    command, option, form = output
+    setup = ("--setup", "setup.yaml", "--tools", "tools.yaml")
+    for file in inputs:
+        before = file.read_bytes()
+        ending = {"--html": ".html", "--npz": ".npz"}.get(option)
+        name = f"m/../{file.name}{ending}" if ending else str(file)
+        result = run(command, "pass.nc", *setup, option, form.format(name))
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert ": choose another file" in result.stderr
+        assert file.read_bytes() == before
+
+
+@pytest.mark.usefixtures("folder")
+def test_two_outputs_are_never_one_file() -> None:
+    Path("a.html").symlink_to("r.json")
+    result = check("pass.nc", "--html", "a.html", "--report", "json=./r.json")
+    assert result.exit_code == 2
+    assert "--report json=./r.json: ./r.json is what --html a.html writes: choose" in result.stderr
+    assert not Path("r.json").exists()
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_program_beside_the_one_that_is_checked_is_no_place_for_a_report() -> None:
+    """It may be a subprogram, which is found only when it is called."""
+    result = check("pass.nc", "--report", "json=fail.nc")
+    assert (result.exit_code, Path("fail.nc").read_text()) == (2, FAILS)
+    assert "--report json=fail.nc: fail.nc is an NC program" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "args",
+    [
+        ("check", "--html", "{}/x.html"),
+        ("check", "--snapshot", "{}/x.png"),
+        ("check", "--report", "json={}/x"),
+        ("batch", "--out", "{}/x.jsonl"),
+        ("batch", "--html", "{}/x.html"),
+        ("trace", "--npz", "{}/x.npz"),
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_an_output_that_cannot_be_written_names_its_option(args: tuple[str, ...]) -> None:
+    command, *option = (word.format("empty.nc") for word in args)
+    result = run(command, "pass.nc", "--machine", "table_tilt", *option)
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(f"gcodesim: {' '.join(option)}: folder 'empty.nc' cannot be")
+    assert "Errno" not in result.stderr
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no device that is always full")
+@pytest.mark.usefixtures("folder")
+def test_a_full_disk_is_told_with_the_option() -> None:
+    Path("full.html").symlink_to("/dev/full")
+    for option in (("--html", "full.html"), ("--report", "json=/dev/full")):
+        result = check("pass.nc", *option)
+        assert result.exit_code == 2
+        assert f"gcodesim: {' '.join(option)}: cannot be written: No space left" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "env",
+    [
+        {"PYTHONIOENCODING": "ascii"},
+        {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+    ],
+)
+@pytest.mark.parametrize("command", ["check", "batch"])
+def test_characters_that_the_terminal_lacks_are_replaced(
+    command: str, env: dict[str, str], folder: Path
+) -> None:
+    (folder / "grün.nc").write_text("G21 G90\n(über) G1 X10\nM30\n", encoding="utf-8")
+    args = [command, "grün.nc", "--machine", "table_tilt", "--device", "cpu"]
+    done = subprocess.run(
+        [sys.executable, "-m", "gcodesim", *args],
+        capture_output=True,
+        env=os.environ | env,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (1, b"")
+    assert b"FAIL" in done.stdout
+    assert re.search(rb"gr\?{1,2}n\.nc", done.stdout)
 
 
 @pytest.mark.parametrize(
@@ -84,6 +198,8 @@ def test_exit_code_is_that_of_the_worst_program(programs: list[str], code: int) 
         (["machine", "show", "binary.yaml"], "not UTF-8 text"),
         (["machine", "schema", "part"], "'part' is not one of 'machine', 'tools', 'setup'"),
         (["chekc"], "No such command 'chekc'"),
+        (["init", "pass.nc"], "pass.nc: cannot be written as a folder: File exists"),
+        (["merge", "no.jsonl"], "gcodesim: no.jsonl: cannot be read: No such file or directory"),
     ],
 )
 @pytest.mark.usefixtures("folder")
@@ -208,7 +324,9 @@ def test_canon_prints_json_lines_and_knows_the_exit_codes() -> None:
     result = run("canon", "-", input="G21 G90\nG0 X20 Y10\nM30\n")
     assert result.exit_code == 0
     assert all(isinstance(json.loads(line), dict) for line in result.stdout.splitlines())
-    assert [run("canon", name).exit_code for name in ("fail.nc", "unclear.nc")] == [1, 3]
+    for name, code, why in (("fail.nc", 1, "2: GC405"), ("unclear.nc", 3, "3: GC40")):
+        result = run("canon", name)
+        assert (result.exit_code, result.stderr.startswith(f"{name}:{why}")) == (code, True)
 
 
 def test_schema_and_show_print_what_they_say() -> None:
@@ -230,5 +348,5 @@ def test_a_program_without_end_ends_at_the_limit(command: str, folder: Path) -> 
     (folder / "endless.nc").write_text("G0 X1\nWHILE[1EQ1]DO1\nX2\nX1\nEND1\nM30\n")
     result = run(command, "--machine", "table_tilt", "--max-blocks", "50", "endless.nc")
     assert result.exit_code == 3
-    assert ("limit of 50 blocks" in result.output) == (command == "check")
+    assert "limit of 50 blocks" in (result.stdout if command == "check" else result.stderr)
     assert run(command, "--max-blocks", "0", "endless.nc").exit_code == 2

@@ -8,6 +8,8 @@ import shlex
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +59,7 @@ def load(path: Path) -> Any:
 
 @pytest.mark.usefixtures("project")
 def test_the_first_check_of_a_new_project_passes() -> None:
-    done = CliRunner().invoke(main, ["check", "programs/part.nc", "--setup", "setup.yaml"])
+    done = CliRunner().invoke(main, ["check", "programs/part.nc"])
     assert (done.exit_code, done.stderr) == (0, "")
     assert done.stdout.startswith("PASS  programs/part.nc on table_tilt")
     assert "cutter-plate" in done.stdout
@@ -65,15 +67,77 @@ def test_the_first_check_of_a_new_project_passes() -> None:
     assert (by_settings.exit_code, by_settings.stdout) == (0, done.stdout)
 
 
+def test_the_next_step_that_init_names_works_in_any_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "a dir" / "it's new"
+    done = CliRunner().invoke(main, ["init", str(folder)])
+    (told,) = re.findall(r"^next: (.*)$", done.stderr, re.MULTILINE)
+    assert told == f"cd {shlex.quote(str(folder))} && gcodesim batch"
+    assert bash(told.replace("gcodesim", f"{shlex.quote(sys.executable)} -m gcodesim")) == 0
+
+
 @pytest.mark.usefixtures("project")
 @pytest.mark.parametrize("name", [".github/workflows/gcodesim.yml", ".gitlab-ci.yml"])
-def test_the_ci_file_of_a_new_project_runs(name: str) -> None:
-    steps = [line.strip() for line in Path(name).read_text().splitlines()]
+def test_the_ci_file_of_a_new_project_runs_and_keeps_all(name: str) -> None:
+    text = Path(name).read_text()
+    steps = [line.strip() for line in text.splitlines()]
     (command,) = (s.removeprefix("- ").removeprefix("run: ") for s in steps if " batch " in s)
-    assert bash(command) == 0
+    assert bash(command, CI="true") == 0
     assert "1 checks: 1 PASS" in Path("overview.html").read_text()
-    assert "@VERSION@" not in Path(name).read_text()
-    load(Path(name))
+    assert "@VERSION@" not in text
+    assert "gcodesim==" not in text  # anybody could take this name on the package index
+    add_a_crash(Path())
+    assert bash(command, CI="true", GITHUB_STEP_SUMMARY="summary.md") == 1
+    assert_all_is_kept(load(Path(name)), command, Path("overview.html"))
+    ignored = Path(".gitignore").read_text().splitlines()
+    made = {path.name for path in Path().iterdir() if path.is_file()} - {"summary.md"}
+    kept = {name for name in made if not any(fnmatch(name, pattern) for pattern in ignored)}
+    assert kept == {"gcodesim.toml", "setup.yaml", ".gitignore", ".gitlab-ci.yml"}
+
+
+def add_a_crash(project: Path) -> None:
+    """A program that fails: of two programs one has a picture."""
+    (project / "programs/crash.nc").write_text((ROOT / "samples/tilt_into_holder.nc").read_text())
+
+
+def assert_all_is_kept(file: Any, command: str, page: Path) -> None:
+    """Page, pictures and reports of a run are among the artifacts of a CI file."""
+    links = re.findall(r'href="\./([^"]+)"', page.read_text())
+    assert links == ["gcodesim-crash.png"]
+    patterns = list(words(file, "path", "paths"))
+    for name in (page.name, *links):
+        assert (page.parent / name).is_file()
+        assert any(fnmatch(name, pattern) for pattern in patterns)
+    reports = set(re.findall(r"--report [a-z]+=([^-\s]\S*)", command))
+    assert reports == set(words(file, "junit", "codequality"))
+    assert all((page.parent / name).is_file() for name in reports)
+
+
+def words(value: Any, *keys: str, inside: bool = False) -> Iterator[str]:
+    """Yield the words of all texts below some keys of a YAML file."""
+    if isinstance(value, str) and inside:
+        yield from value.split()
+    elif isinstance(value, list):
+        for item in value:
+            yield from words(item, *keys, inside=inside)
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            yield from words(item, *keys, inside=key in keys)
+
+
+@pytest.mark.usefixtures("project")
+def test_the_settings_of_the_readme_work_in_a_new_project() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (settings,) = re.findall(r"^```toml\n(.*?)```$", readme, re.MULTILINE | re.DOTALL)
+    Path("gcodesim.toml").write_text(settings)
+    for command in ("batch", "check"):
+        done = CliRunner().invoke(main, [command])
+        assert (done.exit_code, done.stderr) == (0, "")
+        assert Path("out/gcodesim.xml").is_file()
+        Path("out/gcodesim.xml").unlink()
+    with_baseline = ["batch", "--baseline", "accepted.json"]
+    (makes,) = re.findall("`(.*)` makes it", CliRunner().invoke(main, with_baseline).stderr)
+    assert bash(makes.replace("PROGRAM...", "programs/part.nc")) == 0
+    assert CliRunner().invoke(main, with_baseline).exit_code == 0
 
 
 def test_ci_files_are_valid_by_the_published_schemas(project: Path) -> None:
@@ -120,6 +184,9 @@ def test_the_action_runs_and_reads_no_input_as_code(project: Path) -> None:
     assert wanted == set(action["inputs"])
     assert bash(step["run"], PROGRAMS="programs/**/*.nc", OPTIONS=OPTIONS) == 0
     assert (project / "gcodesim.html").is_file()
+    add_a_crash(project)
+    assert bash(step["run"], PROGRAMS="", OPTIONS=OPTIONS, CI="true") == 1
+    assert_all_is_kept(action, step["run"], project / "gcodesim.html")
     assert bash(step["run"], PROGRAMS="programs; touch $(echo pwned)", OPTIONS=OPTIONS) == 2
     assert not (project / "pwned").exists()
 
@@ -129,16 +196,19 @@ def test_the_component_runs(project: Path) -> None:
     header, _ = yaml.safe_load_all(text)
     inputs = header["spec"]["inputs"]
     assert set(re.findall(r"\$\[\[ inputs\.(\w+) \]\]", text)) == set(inputs)
-    given = {"programs": "programs", "options": OPTIONS}
+    assert "default" not in inputs["package"]  # anybody could take its name on the package index
+    given = {"package": "gcodesim.whl", "options": OPTIONS}
     for name, spec in inputs.items():
-        text = text.replace(f"$[[ inputs.{name} ]]", given.get(name, spec.get("default", "")))
+        text = text.replace(f"$[[ inputs.{name} ]]", given.get(name) or spec["default"])
     _, body = yaml.safe_load_all(text)
     job = body["gcodesim"]
     assert job["script"][0] == 'pip install -q "$PACKAGE"'
     variables = {name: str(value) for name, value in job["variables"].items()}
     del variables["WARP_CACHE_PATH"]
-    assert bash("\n".join(job["script"][1:]), **variables) == 0
-    assert [(project / path).is_file() for path in job["artifacts"]["paths"]] == [True]
+    add_a_crash(project)
+    script = "\n".join(job["script"][1:])
+    assert bash(script, CI="true", **variables) == 1
+    assert_all_is_kept(job, script, project / "gcodesim.html")
 
 
 def test_the_hook_runs_on_programs_only() -> None:

@@ -74,6 +74,15 @@ def test_every_name_has_an_answer():
         assert explain(name)
 
 
+def test_codes_are_listed_all_or_a_family():
+    every = CliRunner().invoke(main, ["explain"])
+    assert every.exit_code == 0
+    for code, row in CODES.items():
+        assert f"{code} {row.title} (" in every.stdout
+    *family, _ = CliRunner().invoke(main, ["explain", "gc2"]).stdout.splitlines()
+    assert [line[:5] for line in family] == ["GC201", "GC202"]
+
+
 def test_unknown_names_are_refused_with_a_hint():
     result = CliRunner().invoke(main, ["explain", "feed_mising"])
     assert result.exit_code == 2

@@ -13,7 +13,7 @@ from rich.console import Console
 from gcodesim.findings import Finding
 from gcodesim.report.json_report import report_dict
 from gcodesim.report.text import print_report
-from gcodesim.verdict import CONTRACT, CheckResult, Coverage, FirstContact
+from gcodesim.verdict import CONTRACT, CheckResult, Coverage, FirstContact, LeftOut
 
 PASSED = CheckResult(
     program="part.nc",
@@ -78,6 +78,9 @@ UNCLEAR = replace(
 )
 
 
+BODIES = (("cutter", 0.5, 3), ("C", 1.5, 4))
+
+
 def text(result: CheckResult) -> str:
     stream = io.StringIO()
     print_report(result, Console(file=stream, color_system=None, highlight=False, soft_wrap=True))
@@ -98,6 +101,18 @@ def test_text_of_a_pass_says_that_only_samples_were_looked_at() -> None:
         "  not checked, between samples: a touch that begins and ends there is not seen\n"
         f"  {CONTRACT}\n"
     )
+
+
+def test_what_was_proved_without_a_look_is_told_as_checked_and_what_has_no_margin_is_not() -> None:
+    parts = [LeftOut(f"triangles of {b}", "", 2.0, mm, 0, n) for b, mm, n in BODIES]
+    still = LeftOut("axis C", "stands at 0 all the time", 0.0, 0.0, 0)
+    pair = LeftOut("Z-A", "reach envelopes never meet", 0.001, 15.556, 9)
+    line = (
+        "  proved clear without a look: Z-A (15.56 mm to spare), "
+        "7 triangles of cutter, C (0.5 mm to spare)\n"
+    )
+    assert line in text(replace(PASSED, left_out=(pair, *parts, still)))
+    assert text(replace(PASSED, left_out=(still,))) == text(PASSED)
 
 
 def test_text_of_a_fail_begins_with_the_first_contact() -> None:

@@ -153,7 +153,28 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
         ("jobs = 1", "gcodesim.toml:1: jobs: expected [[jobs]], a list of tables"),
         ("[[jobs]]\nfeed = 1", "gcodesim.toml:1: jobs[0].programs: expected a list of patterns"),
         ("[[jobs]]\nprograms = ['*.nc']", "gcodesim.toml:2: jobs[0].programs: no file matches"),
-        ("[[jobs]]\nprograms = ['/x']", "gcodesim.toml:2: jobs[0].programs: '/x': "),
+        ("[[jobs]]\nprograms = ['/x']", "gcodesim.toml:2: jobs[0].programs: no file matches '/x'"),
+        (
+            "[[jobs]]\nprogram = ['x']",
+            "gcodesim.toml:2: jobs[0].program: unknown key; did you mean",
+        ),
+        ("\n[[job]]\nprograms = ['x']", "gcodesim.toml:2: job: unknown key; did you mean 'jobs'?"),
+        ("ignore = {GC102 = 3}", "gcodesim.toml:1: ignore: GC102: expected a text, not 3"),
+        ("device = 'gpu'", "gcodesim.toml:1: device: 'gpu': expected auto, cpu, cuda or cuda:N"),
+        ("quiet = true\nsnapshot = 'a.jpg'", "gcodesim.toml:2: snapshot a.jpg: expected the name"),
+        ("setup = 's.yaml'", "gcodesim.toml:1: setup: s.yaml: there is no such file"),
+        (
+            "[[jobs]]\nprograms = ['parts']\nmachine = 'table_tillt'",
+            "gcodesim.toml:3: jobs[0].machine: no machine file 'table_tillt', and no machine of",
+        ),
+        (
+            "[[jobs]]\nprograms = ['parts']\nmachine = []",
+            "gcodesim.toml:3: jobs[0].machine: expected a machine, or a list of machines, not []",
+        ),
+        (
+            "report = ['junit=gcodesim.toml']",
+            "gcodesim.toml:1: report junit=gcodesim.toml: gcodesim.toml is the settings file",
+        ),
         (
             "[[jobs]]\nprograms = ['x']\nformat = 'json'",
             "gcodesim.toml:3: jobs[0].format: holds for the whole run",
@@ -189,6 +210,22 @@ def test_a_job_may_have_several_machines(shop: Path) -> None:
     assert [r["machine"] for r in reports()] == ["table_tilt", "head_tilt"]
     done = reports("parts/good.nc", "--machine", "head_tilt", "--machine", "table_tilt")
     assert [r["machine"] for r in done] == ["head_tilt", "table_tilt"]
+
+
+@pytest.mark.parametrize("pattern", [".", "parts", "parts/", "{shop}/parts/*.nc"])
+def test_a_folder_in_a_job_means_its_programs(shop: Path, pattern: str) -> None:
+    (shop / "parts/notes.txt").write_text("no program")
+    job = f"[[jobs]]\nprograms = ['{pattern.format(shop=shop)}', 'parts/../parts/bad.nc']\n"
+    (shop / "gcodesim.toml").write_text(MACHINE + job)
+    names = [Path(report["program"]).name for report in reports()]
+    assert names == ["also.nc", "bad.nc", "good.nc"]
+
+
+@pytest.mark.usefixtures("shop")
+def test_what_is_named_twice_is_checked_once() -> None:
+    programs = ("parts/good.nc", "./parts/../parts/good.nc")
+    machines = ("--machine", "table_tilt", "--machine", "table_tilt.yaml")
+    assert [r["program"] for r in reports(*programs, *machines)] == ["parts/good.nc"]
 
 
 def test_programs_under_different_settings_are_not_mixed(shop: Path) -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 from gcodesim import __version__
+from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of
 from gcodesim.options import Options
@@ -82,17 +83,52 @@ class Job:
         )
 
     @property
-    def label(self) -> dict[str, str]:
+    def label(self) -> dict[str, Any]:
         """What tells one job from another, and an answer to it from an older one."""
         names = {"program": self.program, "machine": self.machine, "setup": self.setup or ""}
-        return names | {"key": self.key}
+        return names | {"key": self.key, "options": list(self._asked())}
+
+    def _asked(self) -> Iterator[str]:
+        """Yield the options that differ from what a batch does unless asked, for people."""
+        usual = Job("", "", options=Options(nearest=True))._named_options()
+        for name, value in self._named_options().items():
+            if isinstance(value, tuple):
+                yield from (f"--{name} {item}" for item in value)
+            elif value != usual[name]:
+                text = f"{value:.15g}" if isinstance(value, float) else value
+                yield f"--{name}" if value is True else f"--{name} {text}"
+
+    def _named_options(self) -> dict[str, Any]:
+        """Values of the options of this job by their names on the command line."""
+        asked = self.options
+        return {
+            "tools": self.tools,
+            "dialect": asked.dialect,
+            "feed": asked.feed,
+            "block-delete": asked.block_delete,
+            "rapids": self.rapids,
+            "max-blocks": asked.max_blocks,
+            "sample-period": f"{asked.period_ps * 1e3 / PS_PER_S:g}ms",
+            "method": asked.method,
+            "between-samples": "on" if asked.between else "off",
+            "clearance": asked.clearance,
+            "min-clearance": asked.minimum,
+            "no-min-clearance": not asked.minimum and not asked.nearest,
+            "stop": "all" if asked.stop_all else "first",
+            "audit": asked.audit,
+            "fail-on": self.fail_on,
+            "select": self.select,
+            "ignore": self.ignore,
+            "baseline": self.baseline,
+            "allow-outside": self.allow_outside,
+        }
 
 
 def prepare(jobs: Iterable[Job]) -> list[Job]:
-    """The jobs with size and key, longest program first."""
+    """The jobs with size and key, longest program first; what is alike stays in its order."""
     digest = cache(model_digest)  # of this call only: files change
     ready = [_keyed(job, digest) for job in jobs]
-    return sorted(ready, key=lambda job: (-job.size, *job.label.values()))
+    return sorted(ready, key=lambda job: (-job.size, job.program, job.machine, job.setup or ""))
 
 
 def shard_of(jobs: Sequence[Job], index: int, count: int) -> list[Job]:

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 from gcodesim import __version__
 from gcodesim.batch.records import Record, exit_code, is_done
@@ -89,8 +89,10 @@ def read_results(path: str) -> Results:
     """
     try:
         lines = Path(path).read_text(encoding="utf-8").splitlines(keepends=True)
-    except (OSError, UnicodeDecodeError) as error:
-        raise UsageError(f"{path}: cannot be read: {error}") from error
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path}: no results of gcodesim batch: {error}") from error
     plan, records = None, {}
     for number, line in enumerate(lines, start=1):
         if not line.endswith("\n"):
@@ -118,6 +120,8 @@ def start_results(path: str, plan: Plan, *, resume: bool) -> Results:
     if Path(path).exists():
         if not resume:
             raise UsageError(f"{path} is there already: --resume goes on with it, or remove it")
+        if not Path(path).is_file():
+            raise UsageError(f"{path} is no file: --resume needs what an earlier run wrote")
         old = read_results(path).records
         results = Results(plan, {name: record for name, record in old.items() if is_done(record)})
         _cut_off_half_a_line(Path(path))
@@ -126,13 +130,24 @@ def start_results(path: str, plan: Plan, *, resume: bool) -> Results:
     return results
 
 
-def write_record(out: TextIO, record: Record) -> None:
+def write_record(path: str, record: Record) -> None:
     """Append a record; it is in the file at once."""
-    print(json.dumps(record), flush=True, file=out)
+    with open(path, "a", encoding="utf-8") as out:
+        print(json.dumps(record), file=out)
 
 
 def write_results(path: str, results: Results) -> None:
-    """Write a plan and its records as a new file."""
+    """Write a plan and its records as a new file, or in place of older results.
+
+    Raises:
+        UsageError: the file holds something else.
+        OSError: it cannot be written.
+    """
+    if Path(path).is_file() and Path(path).stat().st_size:
+        try:
+            read_results(path)
+        except UsageError as error:
+            raise UsageError(f"--out would replace another kind of file: {error}") from error
     with open(path, "w", encoding="utf-8") as out:
         print(results.plan.as_json(), file=out)
         for record in results.done:
@@ -146,10 +161,11 @@ def merge_results(paths: Sequence[str]) -> Results:
         UsageError: a file cannot be read, or the files are parts of batches of different sizes.
     """
     all_results = [read_results(path) for path in paths]
-    counts = {results.plan.shard[1] for results in all_results}
-    if len(counts) > 1:
-        raise UsageError(f"parts of different batches: of {', of '.join(map(str, sorted(counts)))}")
-    (count,) = counts
+    count = all_results[0].plan.shard[1]
+    for path, results in zip(paths, all_results, strict=True):
+        if results.plan.shard[1] != count:
+            parts = f"{paths[0]} is one of {count}, {path} one of {results.plan.shard[1]}"
+            raise UsageError(f"parts of different batches: {parts}")
     there = {results.plan.shard[0] for results in all_results}
     jobs = {place: job for results in all_results for place, job in _places(results.plan)}
     missing = tuple(f"{i}/{count}" for i in range(1, count + 1) if i not in there)

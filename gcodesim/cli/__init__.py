@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import sys
 import traceback
 from collections.abc import Callable
@@ -38,7 +39,11 @@ def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
         except KeyboardInterrupt:
             click.echo("gcodesim: interrupted; what has no report is not decided", err=True)
             sys.exit(INTERRUPT_EXIT)
-        except Exception:
+        except Exception as error:
+            if isinstance(error, UnicodeEncodeError) and sys.getfilesystemencoding() != "utf-8":
+                why = "this locale knows no such characters: set PYTHONUTF8=1"
+                click.echo(f"gcodesim: {error.object!a}: {why}", err=True)
+                sys.exit(USAGE_EXIT)
             traceback.print_exc()
             click.echo("gcodesim: a defect of gcodesim, please report it", err=True)
             sys.exit(USAGE_EXIT)
@@ -51,6 +56,10 @@ class Group(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command."""
+        # A terminal of few characters gets the rest as question marks, never a traceback.
+        refusing = ("strict", "surrogateescape")
+        if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors in refusing:
+            sys.stdout.reconfigure(errors="replace")
         return exits_cleanly(super().invoke)(ctx)
 
 

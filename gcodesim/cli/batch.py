@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,10 +14,11 @@ import click
 
 from gcodesim.cli.check import check
 from gcodesim.cli.options import FiniteRange
-from gcodesim.cli.pictures import Pictures, picture_names
+from gcodesim.cli.outputs import Input, Output, claim, model_files, writing
+from gcodesim.cli.pictures import Pictures, picture_names, refuse_ending
 from gcodesim.cli.plan import Plan
-from gcodesim.cli.reports import Destination, parse_destinations, write_reports
-from gcodesim.cli.settings import make_plans
+from gcodesim.cli.reports import Destination, parse_destinations, report_files, write_reports
+from gcodesim.cli.settings import make_plans, tell_skipped
 from gcodesim.errors import UsageError
 from gcodesim.verdict import USAGE_EXIT
 
@@ -80,24 +81,15 @@ def shard(text: str) -> tuple[int, int]:
 def batch(patterns: tuple[str, ...], **given: Any) -> None:
     """Check all programs that PATTERNs name: files, globs and folders.
 
-    Without PATTERNs the jobs of the settings file are carried out.
+    Of a folder, the files that end in .cnc .eia .gcode .min .mpf .nc .ngc .tap are taken; name
+    others by a glob. Without PATTERNs the jobs of the settings file are carried out.
     """
-    from gcodesim.batch.programs import find_programs
+    from gcodesim.batch.programs import find_programs, skipped
 
     plans = make_plans(click.get_current_context(), find_programs(patterns))
-    of_run = given | plans[0].values
-    if of_run["resume"] and not of_run["out"]:
-        raise UsageError("--resume needs --out FILE: the results to go on with")
-    if of_run["jobs"] and of_run["scheduler"] not in (None, "local"):
-        raise UsageError("--jobs is for workers of this machine: a scheduler has its own")
-    with _workers(of_run) as check_jobs:
-        destinations = _destinations(plans, of_run)
-        results = _run(plans, of_run, check_jobs)
-    _show(results, of_run["html"], of_run["no_color"], destinations)
-    unwritten = [record["unwritten"] for record in results.done if "unwritten" in record]
-    for why in unwritten:
-        click.echo(f"gcodesim: no snapshot: {why}", err=True)
-    sys.exit(USAGE_EXIT if unwritten and of_run["snapshot"] else results.exit_code)
+    tell_skipped(skipped(patterns))
+    with plans[0].naming_places():
+        sys.exit(_batch(plans, given | plans[0].values))
 
 
 batch.params += [option for option in check.params if option.name in OF_CHECK]
@@ -111,11 +103,12 @@ def merge(files: tuple[str, ...], **given: Any) -> None:
     """Join RESULTS of the parts of a batch; a part that is missing is INCONCLUSIVE."""
     from gcodesim.batch.results import merge_results, write_results
 
-    taken = _taken(given) | dict.fromkeys(files, "a part that is joined")
-    destinations = parse_destinations(given["report"], "--report", taken)
+    destinations = parse_destinations(given["report"])
     results = merge_results(files)
+    claim([*_files(given), *report_files(destinations)], _inputs_of_merge(files, results))
     if given["out"]:
-        write_results(given["out"], results)
+        with writing(f"--out {given['out']}"):
+            write_results(given["out"], results)
     _show(results, given["html"], given["no_color"], destinations)
     sys.exit(results.exit_code)
 
@@ -123,31 +116,50 @@ def merge(files: tuple[str, ...], **given: Any) -> None:
 merge.params += [option for option in check.params if option.name in ("report", "no_color")]
 
 
-def _destinations(plans: Sequence[Plan], of_run: dict[str, Any]) -> list[Destination]:
-    """What --report asks for."""
-    programs = (program for plan in plans for program in plan.programs)
-    taken = _taken(of_run) | dict.fromkeys(programs, "a program that is checked")
-    return parse_destinations(of_run["report"], plans[0].label("report"), taken)
+def _batch(plans: Sequence[Plan], of_run: dict[str, Any]) -> int:
+    """Check everything and write all that is asked for; the exit code."""
+    if of_run["resume"] and not of_run["out"]:
+        raise UsageError("--resume needs --out FILE: the results to go on with")
+    if of_run["jobs"] and of_run["scheduler"] not in (None, "local"):
+        raise UsageError("--jobs is for workers of this machine: a scheduler has its own")
+    with _workers(of_run) as check_jobs:
+        destinations = parse_destinations(of_run["report"])
+        names = picture_names([check for plan in plans for check in plan.checks])
+        pictures = Pictures(of_run["snapshot"], None, None, len(names) > 1)
+        outputs = [*_files(of_run), *pictures.files(names), *report_files(destinations)]
+        claim(outputs, (file for plan in plans for file in plan.inputs))
+        jobs = _jobs(plans, map(pictures.snapshot_file, names))
+        results = _run(jobs, of_run, check_jobs)
+    _show(results, of_run["html"], of_run["no_color"], destinations)
+    unwritten = [record["unwritten"] for record in results.done if "unwritten" in record]
+    for why in unwritten:
+        click.echo(f"gcodesim: no snapshot: {why}", err=True)
+    return USAGE_EXIT if unwritten and of_run["snapshot"] else results.exit_code
 
 
-def _taken(given: dict[str, Any]) -> dict[str, str]:
-    """Files that are written besides the reports, and what they are; their folders are made."""
-    files = {given["out"]: "where the results go", given["html"]: "where the overview page goes"}
-    taken = {file: what for file, what in files.items() if file}
-    for file in taken:
-        Path(file).parent.mkdir(parents=True, exist_ok=True)
-    return taken
+def _files(given: dict[str, Any]) -> list[Output]:
+    """The files that --out and --html ask for; UsageError where one cannot be meant."""
+    if given["html"]:
+        refuse_ending("html", given["html"])
+    return [(f"--{name} {given[name]}", given[name]) for name in ("out", "html") if given[name]]
 
 
-def _jobs(plans: Sequence[Plan], of_run: dict[str, Any]) -> Iterator[Job]:
+def _inputs_of_merge(files: Sequence[str], results: Results) -> Iterator[Input]:
+    """Yield what must not be overwritten: the parts, and what their batches read."""
+    yield from ((file, "a part that is joined") for file in files)
+    yield from ((job["program"], "a program that was checked") for job in results.plan.jobs)
+    for machine, setup in {(job["machine"], job["setup"]) for job in results.plan.jobs}:
+        yield from model_files(machine, setup or None)
+
+
+def _jobs(plans: Sequence[Plan], snapshots: Iterator[str]) -> Iterator[Job]:
     """Yield every program on every machine; whatever is wrong with its options is told first."""
     from gcodesim.batch.jobs import Job
     from gcodesim.policy.baseline import read_baseline
 
-    baseline = read_baseline(of_run["baseline"]) if of_run["baseline"] else None
-    checks = [pair for plan in plans for pair in plan.checks]
-    names = iter(picture_names(checks))
-    pictures = Pictures(of_run["snapshot"], None, None, len(checks) > 1)
+    path = plans[0].values["baseline"]
+    with plans[0].told_at("baseline"):
+        baseline = read_baseline(path) if path else None
     for plan in plans:
         values, options = plan.values, plan.options(nearest=True)
         plan.policy(baseline)
@@ -164,7 +176,7 @@ def _jobs(plans: Sequence[Plan], of_run: dict[str, Any]) -> Iterator[Job]:
                 values["select"],
                 values["ignore"],
                 values["baseline"],
-                pictures.snapshot_file(next(names)),
+                next(snapshots),
             )
 
 
@@ -183,27 +195,27 @@ def _workers(of_run: dict[str, Any]) -> Iterator[CheckJobs]:
         yield lambda jobs: check_local(jobs, workers, limit_s)
 
 
-def _run(plans: Sequence[Plan], of_run: dict[str, Any], check_jobs: CheckJobs) -> Results:
+def _run(wanted: Iterable[Job], of_run: dict[str, Any], check_jobs: CheckJobs) -> Results:
     """Do what is not done yet; every record is written as soon as it is there."""
     from gcodesim.batch.jobs import prepare, shard_of
     from gcodesim.batch.results import Plan as RunPlan
     from gcodesim.batch.results import Results, identity, start_results, write_record
 
-    jobs = shard_of(prepare(_jobs(plans, of_run)), *of_run["shard"])
+    jobs = shard_of(prepare(wanted), *of_run["shard"])
     plan = RunPlan([job.label for job in jobs], of_run["shard"])
     path, results = of_run["out"], Results(plan)
     if path:
-        results = start_results(path, plan, resume=of_run["resume"])
+        with writing(f"--out {path}"):
+            results = start_results(path, plan, resume=of_run["resume"])
     left = [job for job in jobs if identity(job.label) not in results.records]
     if len(left) < len(jobs):
         click.echo(f"gcodesim: {len(jobs) - len(left)} of {len(jobs)} are done already", err=True)
-    with (
-        open(path or os.devnull, "a", encoding="utf-8") as out,
-        _progress(len(left), of_run["quiet"]) as advance,
-    ):
+    with _progress(len(left), of_run["quiet"]) as advance:
         for record in check_jobs(left):
             results.add(record)
-            write_record(out, record)
+            if path:
+                with writing(f"--out {path}"):
+                    write_record(path, record)
             advance(record)
     return results
 
@@ -242,7 +254,7 @@ def _show(
     """The overview, on standard output and as a page; then the reports."""
     from rich.console import Console
 
-    from gcodesim.report.overview import print_overview, rows_of
+    from gcodesim.report.overview import print_overview, rows_of, shared_options
     from gcodesim.report.overview_page import overview_page
     from gcodesim.report.reading import run_of
 
@@ -254,7 +266,9 @@ def _show(
     width = None if sys.stdout.isatty() else WIDE
     print_overview(rows, Console(color_system=colors, highlight=False, width=width))
     if html:
-        page = overview_page(rows, results.plan.version, Path(html).parent)
-        Path(html).write_text(page, encoding="utf-8")
+        options = shared_options([*results.done, *results.missing])
+        page = overview_page(rows, results.plan.version, options, Path(html).parent)
+        with writing(f"--html {html}"):
+            Path(html).write_text(page, encoding="utf-8", errors="replace")
     if destinations:
         write_reports(run_of(*told), "text", destinations)

@@ -12,14 +12,16 @@ import click
 
 from gcodesim.cli.options import (
     FiniteRange,
+    device,
     language_options,
     period,
     progress_bar,
     read_text,
 )
+from gcodesim.cli.outputs import claim
 from gcodesim.cli.pictures import Pictures, picture_names, picture_options
 from gcodesim.cli.plan import Plan
-from gcodesim.cli.reports import parse_destinations, print_text, write_reports
+from gcodesim.cli.reports import parse_destinations, print_text, report_files, write_reports
 from gcodesim.cli.settings import make_plans
 from gcodesim.errors import UsageError
 from gcodesim.report.run import FORMATS, Failure, Run
@@ -98,6 +100,7 @@ if TYPE_CHECKING:
     "--device",
     default="auto",
     show_default=True,
+    type=device,
     metavar="auto|cpu|cuda[:N]",
     help="Where to compute; auto takes CUDA when present.",
 )
@@ -157,19 +160,23 @@ def check(programs: tuple[str, ...], **given: Any) -> None:
     Without PROGRAMs the jobs of the settings file are carried out.
     """
     plans = make_plans(click.get_current_context(), programs)
+    with plans[0].naming_places():
+        sys.exit(_run(plans, given["update_baseline"]))
+
+
+def _run(plans: Sequence[Plan], update: bool) -> int:
+    """Check everything and write all that is asked for; the exit code."""
     of_run = plans[0].values
-    named = [program for plan in plans for program in plan.programs]
-    taken = dict.fromkeys(named, "a program that is checked")
-    destinations = parse_destinations(of_run["report"], plans[0].label("report"), taken)
-    baseline = _baseline(of_run["baseline"], given["update_baseline"])
-    tasks = list(_tasks(plans, baseline))
+    destinations = parse_destinations(of_run["report"])
+    tasks = list(_tasks(plans, _baseline(plans[0], update)))
     pictures = Pictures(of_run["snapshot"], of_run["html"], of_run["glb"], len(tasks) > 1)
-    results, failures = _check_all(tasks, of_run, given["update_baseline"], pictures)
-    run = Run(tuple(results), tuple(failures))
-    write_reports(run, of_run["format"], destinations)
+    outputs = [*pictures.files([task.picture for task in tasks]), *report_files(destinations)]
+    claim(outputs, (file for plan in plans for file in plan.inputs))
+    results, failures = _check_all(tasks, of_run, update, pictures)
+    write_reports(Run(tuple(results), tuple(failures)), of_run["format"], destinations)
     codes = [EXIT_CODES[result.verdict] for result in results] + [USAGE_EXIT for _ in failures]
     codes += [USAGE_EXIT] if pictures.failed else []
-    sys.exit(worst_exit(codes))
+    return worst_exit(codes)
 
 
 @dataclass(frozen=True)
@@ -205,12 +212,14 @@ def _tasks(plans: Sequence[Plan], baseline: Baseline | None) -> Iterator[Task]:
             yield Task(program, machines[path], setup or "", options, policy, picture)
 
 
-def _baseline(path: str | None, update: bool) -> Baseline | None:
+def _baseline(plan: Plan, update: bool) -> Baseline | None:
     from gcodesim.policy.baseline import read_baseline
 
+    path = plan.values["baseline"]
     if path is None and update:
         raise UsageError("--update-baseline needs --baseline FILE")
-    return None if path is None else read_baseline(path, may_be_new=update)
+    with plan.told_at("baseline"):
+        return None if path is None else read_baseline(path, may_be_new=update)
 
 
 def _check_all(
@@ -258,8 +267,13 @@ def _check_one(task: Task, quiet: bool) -> tuple[CheckResult, str]:
     except UsageError as error:
         raise UnreadableError(str(error)) from error
     read_s = time.perf_counter() - begin
+
+    def notice(line: str) -> None:
+        if not quiet:
+            click.echo(f"gcodesim: {line}", err=True)
+
     with progress_bar(name, quiet) as progress:
-        result = check_program(text, name, task.machine, task.options, progress)
+        result = check_program(text, name, task.machine, task.options, progress, notice)
     timing = {"read": read_s} | result.timing_s
     return replace(result, timing_s=timing, setup=task.setup), text
 

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
+
 import click
+
+from gcodesim.errors import UsageError
 
 
 @click.command()
@@ -11,6 +15,11 @@ def init(folder: str) -> None:
     """Write a project into DIR: machine, setup, program, settings and CI files."""
     from gcodesim.starter import write_project
 
-    for name in write_project(folder):
+    try:
+        names = write_project(folder)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written as a folder: {error.strerror}") from error
+    for name in names:
         click.echo(name)
-    click.echo(f"next: cd {folder} && gcodesim check programs/part.nc --setup setup.yaml", err=True)
+    click.echo(f"next: cd {shlex.quote(folder)} && gcodesim batch", err=True)
+    click.echo("in CI: say where pip gets gcodesim, in the line GCODESIM of the CI files", err=True)

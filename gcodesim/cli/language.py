@@ -7,8 +7,7 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.options import language_options, progress_bar, read_text
-from gcodesim.verdict import EXIT_CODES
+from gcodesim.cli.options import exit_with, language_options, progress_bar, read_text
 
 
 @click.command()
@@ -24,15 +23,12 @@ from gcodesim.verdict import EXIT_CODES
 @language_options
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
-    from gcodesim.constants import MAX_BLOCKS
-    from gcodesim.findings import FAIL, INCONCLUSIVE
     from gcodesim.machine.control import bare_control, control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.nc.canon import write_canon
     from gcodesim.nc.interpreter import interpret
 
-    most = given["max_blocks"] or MAX_BLOCKS
-    choices = (given["dialect"], given["feed"], given["block_delete"], most)
+    choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
     if machine_path:
         control = control_for(load_machine(machine_path, tools=tools), *choices)
     else:
@@ -41,14 +37,16 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
     with progress_bar(name, False) as progress:
         meaning = interpret(text, control, name, progress)
     write_canon(meaning, sys.stdout)
-    effects = {finding.effect for finding in meaning.findings}
-    sys.exit(EXIT_CODES.get(next((e for e in (FAIL, INCONCLUSIVE) if e in effects), "pass"), 0))
+    exit_with(name, meaning.findings)
 
 
 @click.command()
-@click.argument("code")
+@click.argument("code", default="")
 def explain(code: str) -> None:
-    """Say what CODE means and what to do: a code (GC405) or a meaning (feed_missing)."""
+    """Say what CODE means and what to do: a code (GC405) or a meaning (feed_missing).
+
+    Without CODE all codes are listed, and of GC2 those of GC2xx.
+    """
     from gcodesim.explain import explain as explained
 
     click.echo(explained(code))

@@ -11,6 +11,7 @@ from typing import Any, TextIO
 import click
 
 from gcodesim.cli.options import progress_bar
+from gcodesim.cli.outputs import Output, claim, model_files, writing
 
 WIDTH = 160
 """Columns that the tables of a study take."""
@@ -38,10 +39,13 @@ def write_figures(
 ) -> None:
     """Write the figures of a measurement as JSON and as rows, where asked for."""
     if json_path:
-        with open(json_path, "w", encoding="utf-8") as out:
+        with writing(f"--json {json_path}"), open(json_path, "w", encoding="utf-8") as out:
             out.write(json.dumps(report, indent=1) + "\n")
     if csv_path:
-        with open(csv_path, "w", encoding="utf-8", newline="") as out:
+        with (
+            writing(f"--csv {csv_path}"),
+            open(csv_path, "w", encoding="utf-8", newline="") as out,
+        ):
             write_rows(report, out)
 
 
@@ -87,6 +91,8 @@ def bench(program: str, json_path: str | None, csv_path: str | None, **given: An
     from gcodesim.study.bench import BenchOptions
     from gcodesim.study.bench import bench as measure
 
+    read = [(program, "the program"), *model_files(given["machine_path"], None)]
+    claim(_asked(json=json_path, csv=csv_path), read)
     options = BenchOptions(
         program, given["machine_path"], given["device"], given["seconds"], given["paper_samples"]
     )
@@ -135,6 +141,8 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
     from gcodesim.report.leave_out_report import print_leave_out, write_csv
     from gcodesim.study.leave_out import leave_out_study
 
+    read = [*((program, "a program") for program in programs), *model_files(machine_path, None)]
+    claim(_asked(json=given["json_path"], csv=given["csv_path"]), read)
     with progress_bar("programs", False) as progress:
         report = leave_out_study(
             list(programs),
@@ -169,6 +177,7 @@ def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
     from gcodesim.report.study_report import print_accuracy, write_accuracy_csv
     from gcodesim.study.accuracy import FULL, QUICK, study_accuracy
 
+    claim(_asked(csv=csv_path, plot=plot_path), [])
     if plot_path:
         require_matplotlib()
     with progress_bar("scenes", False) as progress:
@@ -216,11 +225,17 @@ def stability(quick: bool, json_path: str | None, csv_path: str | None) -> None:
     from gcodesim.report.stability_report import print_stability, write_csv
     from gcodesim.study.stability import stability_study
 
+    claim(_asked(json=json_path, csv=csv_path), [])
     with progress_bar("cases", False) as progress:
         report = stability_study(quick, progress).as_report()
     print_stability(report, _wide_console())
     write_figures(report, write_csv, csv_path, json_path)
     sys.exit(0 if report["ok"] else 1)
+
+
+def _asked(**paths: str | None) -> list[Output]:
+    """The files that are asked for, by their options."""
+    return [(f"--{name} {path}", path) for name, path in paths.items() if path]
 
 
 def _wide_console() -> Any:

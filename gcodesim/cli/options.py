@@ -6,14 +6,16 @@ import math
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 import click
 
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
+from gcodesim.findings import FAIL, INCONCLUSIVE, Finding
+from gcodesim.verdict import EXIT_CODES
 
 UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
 DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
@@ -26,7 +28,8 @@ def language_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--max-blocks",
             type=click.IntRange(min=1),
             metavar="N",
-            help="Blocks after which the program counts as endless. Left out: 100 million.",
+            help="Blocks after which the program counts as endless. Left out: 100 million, or 5 "
+            "million that loops and calls repeat.",
         ),
         click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /."),
         click.option(
@@ -52,6 +55,13 @@ def period(text: str) -> int:
     if not 1_000_000 <= count <= 10 * PS_PER_S:
         raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")
     return count
+
+
+def device(text: str) -> str:
+    """The name of a device; whether there is one is asked where it is used."""
+    if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", text):
+        raise click.BadParameter(f"{text!r}: expected auto, cpu, cuda or cuda:N")
+    return text
 
 
 def period_text(picoseconds: int) -> str:
@@ -87,6 +97,17 @@ def read_text(path: str) -> tuple[str, str]:
     if path == "-":
         return "<stdin>", decode(sys.stdin.buffer.read())
     return path, read_program(path)
+
+
+def exit_with(name: str, findings: Sequence[Finding]) -> NoReturn:
+    """Exit with the code of a program's findings, and say which of them decides."""
+    deciding = [f for effect in (FAIL, INCONCLUSIVE) for f in findings if f.effect == effect]
+    if not deciding:
+        sys.exit(0)
+    finding = deciding[0]
+    line = "" if finding.line is None else f":{finding.line}"
+    click.echo(f"{finding.file or name}{line}: {finding.code} {finding.message}", err=True)
+    sys.exit(EXIT_CODES[finding.effect])
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import webbrowser
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Pictures:
     failed: bool = False
 
     def __post_init__(self) -> None:
-        """Refuse names that cannot be meant, and make folders that are missing.
+        """Refuse names that cannot be meant.
 
         Raises:
             UsageError: a name has another ending than its kind of file.
@@ -68,12 +69,17 @@ class Pictures:
         if self.snapshot and Path(self.snapshot).name == NONE:
             self.snapshot = NONE
         for option in ("snapshot", "html", "glb"):
-            path, ending = getattr(self, option), ENDINGS[option]
+            path = getattr(self, option)
             if path and path != NONE:
-                if Path(path).suffix.lower() != ending:
-                    text = f"--{option} {path}: expected the name of a {ending} file"
-                    raise UsageError(text + f", or {NONE}" * (option == "snapshot"))
-                Path(path).parent.mkdir(parents=True, exist_ok=True)
+                refuse_ending(option, path)
+
+    def files(self, names: Sequence[str]) -> Iterator[Output]:
+        """Yield every file that was asked for, of checks with these names."""
+        for option in ("snapshot", "html", "glb"):
+            path = getattr(self, option)
+            if path and path != NONE:
+                files = (str(self._file(path, name)) for name in names)
+                yield from ((f"--{option} {file}", file) for file in files)
 
     def snapshot_file(self, name: str) -> str:
         """Where the snapshot of a check belongs if it shows anything; "" where none is wanted."""
@@ -91,41 +97,60 @@ class Pictures:
         """
         try:
             result = self._write(result, name)
-        except OSError as error:
+        except UsageError as error:
             click.echo(f"gcodesim: {error}", err=True)
             self.failed = True
         return replace(result, replay=None)
 
     def _write(self, result: CheckResult, name: str) -> CheckResult:
-        """Write whatever is due; one that nobody asked for may fail with a note."""
+        """Write whatever is due; one that nobody asked for may fail with a note.
+
+        Raises:
+            UsageError: one that was asked for cannot be written.
+        """
         replay = result.replay
         if replay is None:
             return result
         if self.html:
             from gcodesim.report.html import page
 
-            self._file(self.html, name).write_bytes(page(result, replay).encode("utf-8"))
+            # Names of files may hold bytes that are no text.
+            self._put("html", name, page(result, replay).encode("utf-8", "replace"))
         if self.glb:
             from gcodesim.report.glb import model
 
-            self._file(self.glb, name).write_bytes(model(replay))
+            self._put("glb", name, model(replay))
         file = self.snapshot_file(name)
         if not (file and result.shown):
             return result  # without one the module, which is slow to import, is not needed
         from gcodesim.report.snapshot import with_snapshot
 
         try:
-            return with_snapshot(result, file)
-        except OSError as error:
+            with writing(f"--snapshot {file}"):
+                return with_snapshot(result, file)
+        except UsageError as error:
             if self.snapshot:
                 raise
             click.echo(f"gcodesim: no snapshot: {error}", err=True)
             return result
 
+    def _put(self, option: str, name: str, content: bytes) -> None:
+        """Write one file of a check; UsageError."""
+        file = self._file(getattr(self, option), name)
+        with writing(f"--{option} {file}"):
+            file.write_bytes(content)
+
     def _file(self, asked: str, name: str) -> Path:
         """The file of one check: of several, its name is put before the ending."""
         path = Path(asked)
         return path.with_stem(f"{path.stem}-{name}") if self.several else path
+
+
+def refuse_ending(option: str, path: str) -> None:
+    """UsageError where a picture or page has not the ending of its kind: it may be a program."""
+    if Path(path).suffix.lower() != ENDINGS[option]:
+        text = f"--{option} {path}: expected the name of a {ENDINGS[option]} file"
+        raise UsageError(text + f", or {NONE}" * (option == "snapshot"))
 
 
 def picture_names(checks: Sequence[tuple[str, str]]) -> list[str]:

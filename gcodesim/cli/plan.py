@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gcodesim.batch.programs import each_once
 from gcodesim.cli.options import machine_path_of
+from gcodesim.cli.outputs import Input, model_files
 from gcodesim.errors import UsageError
 from gcodesim.settings import Keys, Settings
 
@@ -57,11 +61,43 @@ class Plan:
         keys = self.choices[name].keys
         return self.settings.place(*keys) if keys else f"--{name}"
 
+    @contextmanager
+    def naming_places(self) -> Iterator[None]:
+        """Errors that begin with an option begin with its place where the settings give it."""
+        try:
+            yield
+        except UsageError as error:
+            option, _, rest = str(error).partition(" ")
+            name = option.removeprefix("--")
+            if name == option or name not in self.choices or not self.choices[name].keys:
+                raise
+            raise UsageError(f"{self.label(name)} {rest}") from error
+
+    @contextmanager
+    def told_at(self, name: str) -> Iterator[None]:
+        """Errors about the value of an option begin with its place where the settings give it."""
+        try:
+            yield
+        except UsageError as error:
+            if not self.choices[name].keys:
+                raise
+            raise UsageError(f"{self.label(name)}: {error}") from error
+
+    def refuse_missing_files(self) -> None:
+        """UsageError where the settings name a file that is not there."""
+        for name in ("setup", "tools"):
+            choice = self.choices[name]
+            if choice.keys and not Path(choice.value).is_file():
+                raise UsageError(f"{self.label(name)}: {choice.value}: there is no such file")
+
     @property
     def machines(self) -> Sequence[str]:
         """The machine files that every program is checked on; UsageError where there is none."""
+        from gcodesim.machine.files import find_machine
+
         machine, setup = self.choices["machine"].value, self.choices["setup"].value
-        return machine or [machine_path_of(None, setup)]
+        with self.told_at("machine"):
+            return each_once(machine or [machine_path_of(None, setup)], find_machine)
 
     @property
     def checks(self) -> list[tuple[str, str]]:
@@ -69,13 +105,26 @@ class Plan:
         machines = self.machines
         return [(program, machine) for program in self.programs for machine in machines]
 
+    @property
+    def inputs(self) -> Iterator[Input]:
+        """Yield the files that are read: for what `outputs.claim` refuses to overwrite."""
+        yield from ((program, "a program that is checked") for program in self.programs)
+        values = self.values
+        for file, what in (
+            (self.settings.path, "the settings file"),
+            (values["baseline"], "the baseline"),
+        ):
+            if file:
+                yield file, what
+        for machine in self.machines:
+            yield from model_files(machine, values["setup"], values["tools"])
+
     def options(self, *, nearest: bool = False) -> Options:
         """Options of the check; UsageError where they do not go together.
 
         Args:
             nearest: tell the pair that comes nearest, unless --min-clearance says otherwise.
         """
-        from gcodesim.constants import MAX_BLOCKS
         from gcodesim.options import Options
 
         values = self.values
@@ -93,7 +142,7 @@ class Plan:
             stop_all=values["stop"] == "all",
             audit=values["audit"],
             block_delete=values["block_delete"],
-            max_blocks=values["max_blocks"] or MAX_BLOCKS,
+            max_blocks=values["max_blocks"],
         )
 
     def policy(self, baseline: Baseline | None) -> Policy:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 import click
 
+from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
 from gcodesim.report.run import FORMATS, Run
 
 if TYPE_CHECKING:
     from gcodesim.verdict import CheckResult
 
-STDOUT = "-"
+OPTION, STDOUT = "--report", "-"
 
 
 @dataclass(frozen=True)
@@ -26,44 +27,38 @@ class Destination:
     format: str
     path: str
 
+    @property
+    def asked(self) -> str:
+        """The option that asks for it."""
+        return f"{OPTION} {self.format}={self.path}"
 
-def parse_destinations(
-    texts: Sequence[str], option: str, taken: Mapping[str, str]
-) -> list[Destination]:
-    """What --report asks for; folders that are missing are made.
 
-    Args:
-        texts: as FORMAT=PATH.
-        option: what to call the option in errors.
-        taken: files that must not be overwritten, and what they are.
+def parse_destinations(texts: Sequence[str]) -> list[Destination]:
+    """What --report asks for, as FORMAT=PATH.
 
     Raises:
-        UsageError: no such format, no path, a path that is a folder or taken or given twice, or a
-            folder that cannot be made.
+        UsageError: no such format, no path, a path that is a folder, or given twice.
     """
     wanted: dict[str, Destination] = {}
-    kinds = {Path(file).resolve(): kind for file, kind in taken.items()} if texts else {}
     for text in texts:
         name, sign, path = text.partition("=")
         if name not in FORMATS:
             valid = ", ".join(FORMATS)
-            raise UsageError(f"{option} {text}: unknown format {name!r}; valid: {valid}")
+            raise UsageError(f"{OPTION} {text}: unknown format {name!r}; valid: {valid}")
         if not sign or not path:
-            raise UsageError(f"{option} {text}: expected FORMAT=PATH, such as junit=report.xml")
-        kind = "a folder" if Path(path).is_dir() else kinds.get(Path(path).resolve())
-        if kind:
-            raise UsageError(f"{option} {text}: {path} is {kind}: choose another file")
+            raise UsageError(f"{OPTION} {text}: expected FORMAT=PATH, such as junit=report.xml")
+        if Path(path).is_dir():
+            raise UsageError(f"{OPTION} {text}: {path} is a folder: choose another file")
         key = text if path == STDOUT else str(Path(path).resolve())
         if key in wanted:
-            raise UsageError(f"{option} {text}: {path} is given twice")
+            raise UsageError(f"{OPTION} {text}: {path} is given twice")
         wanted[key] = Destination(name, path)
-    for destination in wanted.values():
-        folder = Path(destination.path).parent
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise UsageError(f"{option}: {folder}: cannot be made: {error.strerror}") from error
     return list(wanted.values())
+
+
+def report_files(destinations: Sequence[Destination]) -> list[Output]:
+    """The files among the destinations."""
+    return [(place.asked, place.path) for place in destinations if place.path != STDOUT]
 
 
 def print_text(result: CheckResult, no_color: bool) -> None:
@@ -92,18 +87,17 @@ def write_reports(run: Run, on_stdout: str, destinations: Sequence[Destination])
         if destination.path == STDOUT:
             click.echo(text, nl=False)
         else:
-            _write(destination.path, text, "w")
+            with writing(destination.asked):
+                _write(destination.path, text, "w")
     summary = os.environ.get("GITHUB_STEP_SUMMARY")
     if summary and "github" in (on_stdout, *(d.format for d in destinations)):
         from gcodesim.report.github import summary as summed_up
 
-        _write(summary, summed_up(run), "a")
+        with writing(f"GITHUB_STEP_SUMMARY {summary}"):
+            _write(summary, summed_up(run), "a")
 
 
 def _write(path: str, text: str, mode: Literal["w", "a"]) -> None:
-    try:
-        # Names of files may hold bytes that are no text.
-        with open(path, mode, encoding="utf-8", errors="replace", newline="\n") as file:
-            file.write(text)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written: {error.strerror}") from error
+    # Names of files may hold bytes that are no text.
+    with open(path, mode, encoding="utf-8", errors="replace", newline="\n") as file:
+        file.write(text)

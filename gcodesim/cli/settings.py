@@ -10,6 +10,7 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
+from gcodesim.batch.programs import each_once, is_dangling, matching, skipped
 from gcodesim.cli.options import period_text
 from gcodesim.cli.plan import COMMAND_LINE, DEFAULT, Choice, Plan
 from gcodesim.errors import UsageError
@@ -17,6 +18,9 @@ from gcodesim.settings import Job, Keys, Settings, find_settings, read_settings
 
 NOT_IN_FILES = ("settings", "show-settings", "update-baseline", "jobs", "shard")
 """Options that make no sense in a settings file; `jobs` are there what is to be done."""
+
+ITEMS = ("report", "ignore")
+"""Lists that may be a table too: junit = "report.xml" stands for junit=report.xml."""
 
 OF_THE_RUN = (
     *("report", "format", "baseline", "quiet", "no-color", "device"),
@@ -47,16 +51,27 @@ def make_plans(context: click.Context, programs: Sequence[str]) -> list[Plan]:
         click.exceptions.Exit: the settings were shown.
     """
     settings = read_settings(context.params["settings"] or find_settings(programs))
-    top = Plan("", tuple(programs), _choices(context, settings), settings)
+    top = Plan("", tuple(each_once(programs)), _choices(context, settings), settings)
     plans = _plans(context, top)
     if context.params["show_settings"]:
         click.echo(_shown_settings(top, plans))
         context.exit()
+    for plan in plans:
+        plan.refuse_missing_files()
     if not plans:
         argument = next(p for p in context.command.params if isinstance(p, click.Argument))
         text = f"Missing argument '{argument.metavar}', and no [[jobs]] in a settings file."
         raise click.UsageError(text)
+    if not programs:
+        patterns = [pattern for job in settings.jobs for pattern in job.patterns]
+        tell_skipped(skipped(patterns, settings.folder))
     return plans
+
+
+def tell_skipped(told: str) -> None:
+    """Say on stderr which files of folders were not taken, if any: never in silence."""
+    if told:
+        click.echo(f"gcodesim: {told}", err=True)
 
 
 def _plans(context: click.Context, top: Plan) -> list[Plan]:
@@ -64,13 +79,36 @@ def _plans(context: click.Context, top: Plan) -> list[Plan]:
     programs, settings = top.programs, top.settings
     jobs = [(_job_plan(context, settings, job), job) for job in settings.jobs]
     if not programs:
-        return [_with_programs(plan, settings.programs(job)) for plan, job in jobs]
+        return [_with_programs(plan, _programs_of(settings, job)) for plan, job in jobs]
     if any(top.choices[name].source == COMMAND_LINE for name in ("machine", "setup")):
         return [top]
-    plans = [_with_programs(plan, settings.chosen(job, programs)) for plan, job in jobs]
+    plans = [_with_programs(plan, _chosen(settings, job, programs)) for plan, job in jobs]
     belonging = {program for plan in plans for program in plan.programs}
     plans.append(_with_programs(top, [name for name in programs if name not in belonging]))
     return [plan for plan in plans if plan.programs]
+
+
+def _programs_of(settings: Settings, job: Job) -> list[str]:
+    """Files of a job, pattern by pattern; UsageError: nothing must be left out in silence."""
+    found: list[str] = []
+    for pattern in job.patterns:
+        files = _matching(settings, pattern)
+        if not files:
+            text = f"no file matches {pattern!r} in folder {str(settings.folder)!r}"
+            raise UsageError(f"{settings.place(*job.keys, 'programs')}: {text}")
+        found += files
+    return each_once(found)
+
+
+def _chosen(settings: Settings, job: Job, programs: Sequence[str]) -> list[str]:
+    """Those of some programs that belong to a job."""
+    files = {Path(file).resolve() for p in job.patterns for file in _matching(settings, p)}
+    return [program for program in programs if Path(program).resolve() in files]
+
+
+def _matching(settings: Settings, pattern: str) -> list[str]:
+    names = matching(pattern, settings.folder)
+    return [name for name in names if Path(name).is_file() or is_dangling(Path(name))]
 
 
 def _shown_settings(top: Plan, plans: Sequence[Plan]) -> str:
@@ -116,8 +154,9 @@ def _choices(
                 # Only needed for an error, and slow to import.
                 from gcodesim.machine.yaml_lines import suggest
 
+                valid = sorted({*known, "programs"} - {*OF_THE_RUN} if keys else {*known, "jobs"})
                 place = settings.place(*keys, name)
-                raise UsageError(f"{place}: unknown key; {suggest(name, sorted(known))}")
+                raise UsageError(f"{place}: unknown key; {suggest(name, valid)}")
     return {
         name: _choice(context, option, name, settings, layers)
         for name, option in _options(context.command)
@@ -146,7 +185,7 @@ def _choice(
         if name not in values:
             continue
         try:
-            value = _converted(context, option, values[name])
+            value = _converted(context, option, name, values[name])
         except UsageError as error:
             raise UsageError(f"{settings.place(*keys, name)}: {error}") from error
         source = _source(settings, keys)
@@ -154,16 +193,21 @@ def _choice(
     return Choice(context.params[option.name], DEFAULT)
 
 
-def _converted(context: click.Context, option: click.Option, value: Any) -> Any:
+def _converted(context: click.Context, option: click.Option, name: str, value: Any) -> Any:
     """A value of the file as the option takes it on the command line; UsageError."""
     if option.is_flag:
         if not isinstance(value, bool):
             raise UsageError(f"expected true or false, not {value!r}")
         return value
-    if isinstance(value, dict) and option.multiple:
+    if isinstance(value, dict) and name in ITEMS:
+        wrong = [key for key, item in value.items() if not isinstance(item, str)]
+        if wrong:
+            raise UsageError(f"{wrong[0]}: expected a text, not {value[wrong[0]]!r}")
         value = [f"{key}={item}" for key, item in value.items()]
-    if isinstance(value, str) and "--machine" in option.opts:
-        value = [value]  # most jobs have one machine
+    if name == "machine":
+        value = [value] if isinstance(value, str) else value  # most jobs have one machine
+        if value == []:
+            raise UsageError("expected a machine, or a list of machines, not []")
     texts = isinstance(value, list) and all(isinstance(item, str) for item in value)
     if option.multiple and not texts:
         raise UsageError(f"expected a list of texts, not {value!r}")

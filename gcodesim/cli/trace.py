@@ -7,9 +7,9 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.options import language_options, machine_path_of, period, read_text
+from gcodesim.cli.options import exit_with, language_options, machine_path_of, period, read_text
+from gcodesim.cli.outputs import claim, model_files, writing
 from gcodesim.errors import UsageError
-from gcodesim.verdict import EXIT_CODES
 
 
 @click.command()
@@ -39,31 +39,27 @@ from gcodesim.verdict import EXIT_CODES
 @click.option("--npz", metavar="FILE", help="Write NumPy columns instead of CSV on stdout.")
 def trace(program: str, machine_path: str | None, **given: Any) -> None:
     """Print the axis positions of PROGRAM over time, as CSV: time_s, line, every axis."""
-    from gcodesim.constants import MAX_BLOCKS
-    from gcodesim.findings import FAIL, INCONCLUSIVE
     from gcodesim.machine.control import control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.motion.planner import plan
     from gcodesim.nc.interpreter import interpret
     from gcodesim.trace import Trace, write_csv, write_npz
 
-    machine = load_machine(
-        machine_path_of(machine_path, given["setup"]), tools=given["tools"], setup=given["setup"]
-    )
+    npz = given["npz"] and given["npz"].removesuffix(".npz") + ".npz"  # as NumPy will call it
+    model = machine_path_of(machine_path, given["setup"]), given["setup"], given["tools"]
+    claim([(f"--npz {npz}", npz)] if npz else [], [(program, "the program"), *model_files(*model)])
+    machine = load_machine(model[0], setup=model[1], tools=model[2])
     if given["real"] and not any(joint.servo for joint in machine.joints):
         raise UsageError(f"--real: no joint of {machine.name} has a `servo`")
-    most = given["max_blocks"] or MAX_BLOCKS
-    choices = (given["dialect"], given["feed"], given["block_delete"], most)
+    choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
     name, text = read_text(program)
     meaning = interpret(text, control_for(machine, *choices), name)
     path, planned = plan(meaning.program, machine)
     made = Trace(path, machine, given["every"], given["real"])
-    if given["npz"]:
-        write_npz(made, given["npz"])
+    if npz:
+        with writing(f"--npz {npz}"):
+            write_npz(made, npz)
     else:
         write_csv(made, sys.stdout)
     # What follows a block that could not be followed, or the end of the clock, is not in the trace.
-    for finding in (*meaning.findings, *planned):
-        if finding.effect in (FAIL, INCONCLUSIVE):
-            click.echo(f"{name}:{finding.line}: {finding.code} {finding.message}", err=True)
-            sys.exit(EXIT_CODES[finding.effect])
+    exit_with(name, (*meaning.findings, *planned))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gcodesim.constants import MAX_BLOCKS
 from gcodesim.machine.model import Machine, Tool, WorkOffset
 from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
@@ -17,7 +16,7 @@ def control_for(
     dialect: str | None,
     feed: float | None,
     block_delete: bool,
-    max_blocks: int = MAX_BLOCKS,
+    max_blocks: int | None = None,
 ) -> Control:
     """The control of `machine`.
 
@@ -26,7 +25,7 @@ def control_for(
         dialect: replaces the dialect of the machine file.
         feed: feed until the first F word [mm/min].
         block_delete: blocks that begin with / are left out.
-        max_blocks: interpretation ends after this many blocks.
+        max_blocks: interpretation ends after this many blocks; None = see Control.
 
     Raises:
         UsageError: the dialect is not known.
@@ -64,7 +63,7 @@ def bare_control(
     dialect: str | None,
     feed: float | None,
     block_delete: bool,
-    max_blocks: int = MAX_BLOCKS,
+    max_blocks: int | None = None,
 ) -> Control:
     """A control with every offset and reference at zero, for reading a program without a machine.
 

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from gcodesim.constants import MAX_BLOCKS
 from gcodesim.nc.dialect import Dialect
 from gcodesim.nc.program import Floats
 
@@ -120,7 +119,8 @@ class Control:
             [deg/min]; None = F.
         orientation: the tool turns between two vectors of G43.5 with the rotary axes running
             linearly (joints) or along the great circle (great_circle).
-        max_blocks: interpretation ends after this many blocks.
+        max_blocks: interpretation ends after this many blocks; None = after MAX_BLOCKS, or after
+            MAX_REPEATED_BLOCKS more than all texts have lines.
     """
 
     dialect: Dialect
@@ -146,4 +146,4 @@ class Control:
     tcp_frame: str = "table"
     tcp_rotary_feed: float | None = None
     orientation: str = "joints"
-    max_blocks: int = MAX_BLOCKS
+    max_blocks: int | None = None

@@ -102,6 +102,7 @@ class Flow:
         sources: texts read so far, the main program first.
         source, index: the line to run next.
         calls: running subprograms, the innermost last.
+        line_count: lines of all sources.
     """
 
     parameters: Parameters
@@ -109,6 +110,7 @@ class Flow:
     source: Source = field(init=False)
     index: int = 0
     calls: list[Call] = field(default_factory=list)
+    line_count: int = 0
     _repeats: dict[int, int] = field(default_factory=dict)
 
     def open(self, text: str, file: str) -> None:
@@ -123,8 +125,8 @@ class Flow:
     def _add(self, text: str, file: str) -> Source:
         lines = split_lines(text)
         begin, opened = _opening_percent(lines)
-        first = sum(len(source.lines) for source in self.sources)
-        source = Source(file, lines, first, begin, opened, Structure(len(lines)))
+        source = Source(file, lines, self.line_count, begin, opened, Structure(len(lines)))
+        self.line_count += len(lines)
         self.sources.append(source)
         o_words = self.parameters.language == "linuxcnc"
         source.structure = read_structure(lines, begin, opened, o_words)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from gcodesim.constants import MAX_BLOCKS, MAX_REPEATED_BLOCKS
 from gcodesim.errors import OrientationError, ProgramError
 from gcodesim.findings import Finding
 from gcodesim.nc import moves
@@ -170,11 +171,12 @@ class Interpreter:
     def _run_lines(self) -> bool:
         """Run blocks; return False when one of them ended interpretation."""
         state, flow = self.state, self._flow
+        most = self._most_blocks()
         while not state.ended:
             source, number = flow.source, flow.index
             if number >= source.structure.end:
                 return self._text_ended(source, number)
-            left = self.control.max_blocks - self.blocks - state.holes
+            left = most - self.blocks - state.holes
             if taken := self._runs.take(source, number, left):
                 flow.index = number + taken
                 self.blocks += self._runs.blocks
@@ -184,9 +186,12 @@ class Interpreter:
             block = self._block(source, number)
             flow.index = number + 1
             mark = len(state.recorder)
-            if self.blocks + state.holes >= self.control.max_blocks:
-                state.report(block.finding("max_blocks", f"limit of {self.blocks} blocks"))
-                return False
+            if left <= 0:
+                # Texts that were called meanwhile have lines of their own.
+                most = self._most_blocks()
+                if self.blocks + state.holes >= most:
+                    state.report(block.finding("max_blocks", self._limit_reached()))
+                    return False
             try:
                 self._run_block(block)
             except ProgramError as error:
@@ -199,6 +204,20 @@ class Interpreter:
                 return False
             self._has_jumped = self._has_jumped or flow.index != number + 1
         return True
+
+    def _most_blocks(self) -> int:
+        """Return after how many blocks interpretation ends, by the texts read so far."""
+        repeated = self._flow.line_count + MAX_REPEATED_BLOCKS
+        return self.control.max_blocks or min(MAX_BLOCKS, repeated)
+
+    def _limit_reached(self) -> str:
+        """Say which limit of blocks was reached, and how to raise it."""
+        if self.control.max_blocks:
+            return f"limit of {self.control.max_blocks} blocks, given with --max-blocks"
+        what = f"{MAX_BLOCKS:,} blocks"
+        if self._most_blocks() < MAX_BLOCKS:
+            what = f"{MAX_REPEATED_BLOCKS:,} blocks that repeat"
+        return f"limit of {what}; --max-blocks N allows more"
 
     def _text_ended(self, source: Source, number: int) -> bool:
         """Tell whether the main program may end here, behind its text; a subprogram may not."""

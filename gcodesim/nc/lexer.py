@@ -22,6 +22,9 @@ COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
 MACRO = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9]+)?O<")
 """What only macro text holds: parameters, brackets, words of more than one letter."""
 
+MARKS_16 = ("\xff\xfe", "\xfe\xff")
+"""Byte order marks of UTF-16, read as Latin-1."""
+
 LETTER = itemgetter(0)
 DELETE = re.compile(r"/[1-9]?")
 MESSAGE = re.compile(r"\(\s*(MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
@@ -78,4 +81,7 @@ def explain(block: Block, index: int) -> ProgramError:
     character = block.tokens[index][2]
     if character.isalpha() and character.isascii():
         return block.error("number_expected", f"{character} without a number", index)
-    return block.error("bad_character", repr(character), index)
+    what = repr(character)
+    if block.text.startswith(MARKS_16) or 2 * block.text.count("\0") >= len(block.text) - 1 > 0:
+        what += " (the file looks like UTF-16; NC programs are ASCII or UTF-8)"
+    return block.error("bad_character", what, index)

@@ -130,7 +130,8 @@ def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise UsageError(f"{path}: there is no such file; --update-baseline makes it") from error
+        makes = f"`gcodesim check PROGRAM... --baseline {path} --update-baseline` makes it"
+        raise UsageError(f"{path}: there is no such file: {makes}") from error
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:

@@ -157,6 +157,7 @@ def _distances(result: CheckResult, replay: Replay) -> dict[str, Any]:
     points = np.array([link.points for link in found.links])
     return {
         "pairs": [[pair.a, pair.b] for pair in replay.machine.pairs],
+        "clearance": [replay.clearance_of(pair) for pair in replay.machine.pairs],
         "time": _packed((found.time_ps / PS_PER_S).astype("<f8")),
         "distance": _packed(found.distance.astype("<f8")),
         "link": _packed(np.array([(k.frame, k.pair) for k in found.links]).astype("<i4")),

@@ -3,26 +3,40 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, Literal
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
+from rich.cells import cell_len, set_cell_size
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from gcodesim.findings import FAIL, INCONCLUSIVE
+from gcodesim.report.reading import result_of_record
+from gcodesim.report.rows import rows as weightiest
+from gcodesim.report.run import Run
 from gcodesim.report.text import COLORS, printable
-from gcodesim.verdict import PASS
+from gcodesim.verdict import PASS, CheckResult
 
 ERROR = "error"
 """Stands in the column of verdicts where the command could not be carried out (exit code 2)."""
 
 VERDICTS = (ERROR, FAIL, INCONCLUSIVE, PASS)
-SEVERITIES = ("error", "warning", "note")
 
 ALL_SHOWN = 50
 """Longest table that shows programs that pass: of more, a person wants to see the others."""
+
+GAP = 2
+"""Blanks between columns."""
+
+BESIDE = 40
+"""Least room for the worst finding in its column; with less it stands below its row."""
+
+INDENT = 4
+"""Blanks before a worst finding that stands below its row."""
+
+SHRINKING = ((2, 10), (1, 16))
+"""Columns that are cut where the others need the room, in this order, and their least width."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +47,12 @@ class Row:
         clearance_mm: smallest distance of any pair; 0 with a contact, None where not asked for.
         pair: that comes so near.
         cycle_s: duration of the program [s].
-        worst: its worst finding, or why there is none.
+        worst: its worst finding, the same as in every report, or why there is none.
         line: of that finding.
-        seconds: that the check took.
+        ignored: how many contacts were ignored, and why.
         pictures: files that show what was found.
+        options: that not every row has.
+        number: counts rows of the same program, machine and setup, as JUnit reports do.
     """
 
     program: str
@@ -48,13 +64,15 @@ class Row:
     cycle_s: float | None = None
     worst: str = ""
     line: int | None = None
-    seconds: float = 0.0
+    ignored: str = ""
     pictures: tuple[str, ...] = ()
+    options: tuple[str, ...] = ()
+    number: int = 1
 
 
 def rows_of(
     records: Iterable[dict[str, Any]],
-    missing: Iterable[dict[str, str]] = (),
+    missing: Iterable[dict[str, Any]] = (),
     shards: Iterable[str] = (),
 ) -> list[Row]:
     """Rows of all jobs, the worst verdict first.
@@ -63,48 +81,70 @@ def rows_of(
         records: what became of jobs.
         missing: labels of jobs without a record.
         shards: parts of the batch that are not there.
+
+    Raises:
+        UsageError: a report is not one of this version.
     """
-    rows = [_row(record) for record in records]
-    rows += [
-        Row(job["program"], job["machine"], job["setup"], INCONCLUSIVE, worst="not checked")
-        for job in missing
-    ]
-    rows += [Row(f"shard {shard}", "", "", INCONCLUSIVE, worst="not there") for shard in shards]
+    jobs = sorted([*records, *missing], key=_place)
+    shared = shared_options(jobs)
+    counts: Counter[tuple[str, ...]] = Counter()
+    rows = [Row(f"shard {shard}", "", "", INCONCLUSIVE, worst="not there") for shard in shards]
+    for job in jobs:
+        counts[_place(job)] += 1
+        own = tuple(option for option in job.get("options", ()) if option not in shared)
+        rows.append(replace(_row(job), options=own, number=counts[_place(job)]))
     return sorted(rows, key=lambda row: (VERDICTS.index(row.verdict), row.program, row.machine))
 
 
-def _row(record: dict[str, Any]) -> Row:
-    place = record["program"], record["machine"], record["setup"]
-    if verdict_of(record) == ERROR:
-        return Row(*place, ERROR, worst=record["error"], seconds=record["seconds"])
-    report = record["report"]
-    distance, pair = _nearest(report)
-    # Of equal severity what decided the verdict counts: it has the lower code.
-    worst: dict[str, Any] = min(
-        report["findings"],
-        key=lambda f: (SEVERITIES.index(f["severity"]), f["code"]),
-        default={"code": "", "message": ""},
-    )
+def shared_options(jobs: Sequence[dict[str, Any]]) -> tuple[str, ...]:
+    """Options that differ from the defaults, and are those of every job."""
+    told = [job.get("options", ()) for job in jobs] or [()]
+    return tuple(option for option in told[0] if all(option in other for other in told))
+
+
+def _place(job: dict[str, Any]) -> tuple[str, str, str]:
+    return job["program"], job["machine"], job["setup"]
+
+
+def _row(job: dict[str, Any]) -> Row:
+    """The row of a record, or of the label of a job without one."""
+    if "error" in job:
+        return Row(*_place(job), ERROR, worst=job["error"])
+    if "report" not in job:
+        return Row(*_place(job), INCONCLUSIVE, worst="not checked")
+    result = result_of_record(job)
+    distance, pair = _nearest(result)
+    worst = next((row.finding for row in weightiest(Run((result,)))), None)
     return Row(
-        *place,
-        verdict_of(record),
+        *_place(job),
+        result.verdict,
         distance,
         pair,
-        report["duration_s"],
-        f"{worst['code']} {worst['message']}".strip(),
-        worst.get("line"),
-        record["seconds"],
-        tuple(report["pictures"]),
+        result.duration_s,
+        f"{worst.code} {worst.message}" if worst else "",
+        worst.line if worst else None,
+        _ignored(result),
+        result.pictures,
     )
 
 
-def _nearest(report: dict[str, Any]) -> tuple[float | None, str]:
+def _nearest(result: CheckResult) -> tuple[float | None, str]:
     """Smallest distance of any pair and the pair, as far as it is known."""
-    contact = report["first_contact"]
+    contact = result.first_contact
     if contact:
-        return contact["distance_mm"], "-".join(contact["pair"])
-    nearest = min(report["clearances"], key=lambda c: c["minimum_mm"], default=None)
-    return (nearest["minimum_mm"], "-".join(nearest["pair"])) if nearest else (None, "")
+        return contact.distance_mm, "-".join(contact.pair)
+    nearest = min(result.clearances, key=lambda c: c.minimum_mm, default=None)
+    return (nearest.minimum_mm, "-".join(nearest.pair)) if nearest else (None, "")
+
+
+def _ignored(result: CheckResult) -> str:
+    """How many contacts were ignored, each reason once with who gave it."""
+    marks = [f.ignored for f in result.ignored if f.ignored and f.is_contact]
+    if not marks:
+        return ""
+    reasons = dict.fromkeys(f"{mark.by}: {mark.reason}" for mark in marks)
+    count = f"{len(marks)} contact{'s' if len(marks) > 1 else ''}"
+    return f"{count} ignored ({'; '.join(reasons)})"
 
 
 def verdict_of(record: dict[str, Any]) -> str:
@@ -124,11 +164,18 @@ def headline(rows: Sequence[Row]) -> str:
 
 def cells(row: Row) -> tuple[str, str, str, str, str, str]:
     """A row as text: verdict, program, machine, clearance, cycle time, worst finding."""
+    program = row.program + (f" #{row.number}" if row.number > 1 else "")
+    machine = f"{row.machine} + {row.setup}" if row.setup else row.machine
     near = "" if row.clearance_mm is None else f"{row.clearance_mm:.3f} {row.pair}"
     time = "" if row.cycle_s is None else f"{row.cycle_s:.1f}"
-    machine = f"{row.machine} + {row.setup}" if row.setup else row.machine
     place = f"line {row.line}: " if row.line else ""
-    texts = (row.verdict.upper(), row.program, machine, near, time, f"{place}{row.worst}")
+    told = [f"{place}{row.worst}", row.ignored]
+    if row.verdict == PASS:
+        told.reverse()  # what does not count after all says more than a note
+    texts = (
+        *(row.verdict.upper(), program, " ".join([machine, *row.options])),
+        *(near, time, "; ".join(filter(None, told))),
+    )
     verdict, program, machine, near, time, worst = map(printable, texts)
     return verdict, program, machine, near, time, worst
 
@@ -139,15 +186,50 @@ def columns() -> tuple[str, str, str, str, str, str]:
 
 
 def print_overview(rows: Sequence[Row], console: Console) -> None:
-    """Print the table and the count of verdicts; of many programs only those that do not pass."""
-    shown = [row for row in rows if len(rows) <= ALL_SHOWN or row.verdict != PASS]
-    table = Table(box=None, pad_edge=False, header_style="dim")
-    for column in columns():
-        side: Literal["left", "right"] = "right" if column == "cycle s" else "left"
-        table.add_column(column, justify=side, no_wrap=True, overflow="ellipsis")
-    for row in shown:
-        verdict, *rest = cells(row)
-        table.add_row(Text(verdict, COLORS.get(row.verdict, "bold red")), *map(Text, rest))
+    """Print the table and the count of verdicts.
+
+    Of many programs only those are shown that do not pass, or that pass with ignored contacts.
+    """
+    few = len(rows) <= ALL_SHOWN
+    shown = [row for row in rows if few or row.verdict != PASS or row.ignored]
     if shown:
-        console.print(table)
+        for line in _table(shown, console):
+            console.print(line, no_wrap=True, overflow="ellipsis")
     console.print(headline(rows))
+
+
+def _table(rows: Sequence[Row], console: Console) -> Iterator[Text]:
+    """Yield lines: every row with its worst finding, wrapped, beside or below it."""
+    texts = [columns(), *map(cells, rows)]
+    styles = ["bold", *(COLORS.get(row.verdict, "bold red") for row in rows)]
+    widths = _widths(texts, console.width)
+    indent = sum(widths) + GAP * len(widths)
+    beside = console.width - indent >= BESIDE
+    indent = indent if beside else INDENT
+    for (verdict, *names, time, worst), style in zip(texts, styles, strict=True):
+        line = Text.assemble((set_cell_size(verdict, widths[0]), style))
+        for name, width in zip(names, widths[1:], strict=False):
+            line.append(" " * GAP + _fitted(name, width))
+        line.append(" " * GAP + time.rjust(widths[-1]))
+        room = max(1, console.width - indent)
+        told = [part.plain.rstrip() for part in Text(worst).wrap(console, room) if part.plain]
+        if told and beside:
+            line.append(" " * GAP + told.pop(0))
+        line.rstrip()
+        yield line
+        yield from (Text(" " * indent + part) for part in told)
+
+
+def _widths(texts: Sequence[Sequence[str]], room: int) -> list[int]:
+    """Widths of the columns but the last; verdict, clearance and cycle time are never cut."""
+    widths = [max(map(cell_len, column)) for column in zip(*texts, strict=True)][:-1]
+    for column, least in SHRINKING:
+        over = sum(widths) + GAP * (len(widths) - 1) - room
+        widths[column] = min(widths[column], max(least, widths[column] - over))
+    return widths
+
+
+def _fitted(text: str, width: int) -> str:
+    """The text in so many cells; of a longer one the end is kept, which names the file."""
+    over = cell_len(text) - width
+    return set_cell_size(f"…{text[over + 1 :]}" if over > 0 else text, width)

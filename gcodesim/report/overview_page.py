@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from html import escape
 from pathlib import Path, PurePath
 from urllib.parse import quote
 
 from gcodesim.report.overview import Row, cells, columns, headline
+from gcodesim.report.text import printable
 from gcodesim.verdict import CONTRACT
 
 _PAGE = """<!doctype html>
@@ -24,7 +26,9 @@ body {{ margin: 2rem }}
 table {{ border-collapse: collapse; width: 100% }}
 th, td {{ text-align: left; padding: .25rem .75rem; border-bottom: 1px solid #8884 }}
 th button {{ all: unset; cursor: pointer; font-weight: 600 }}
-td {{ vertical-align: top; overflow-wrap: anywhere }}
+td {{ vertical-align: top }}
+th, td:nth-child(1), td:nth-child(4), td:nth-child(5) {{ white-space: nowrap }}
+td:last-child {{ overflow-wrap: anywhere; min-width: 20rem }}
 td:nth-child(5) {{ text-align: right; font-variant-numeric: tabular-nums }}
 td:first-child {{ font-weight: 600; color: #b71c1c }}
 .pass td:first-child {{ color: #2e7d32 }}
@@ -32,6 +36,7 @@ td:first-child {{ font-weight: 600; color: #b71c1c }}
 footer {{ margin-top: 2rem; max-width: 60rem; opacity: .7 }}
 </style>
 <h1>{count}</h1>
+<p>{when:%Y-%m-%d %H:%M} UTC, gcodesim {version}, {options}</p>
 <p><label>Show only what contains <input id="filter" type="search"></label></p>
 <table>
 <thead><tr>{head}</tr></thead>
@@ -39,7 +44,7 @@ footer {{ margin-top: 2rem; max-width: 60rem; opacity: .7 }}
 {body}
 </tbody>
 </table>
-<footer>gcodesim {version}. {contract}</footer>
+<footer>{contract}</footer>
 <script>
 const rows = [...document.querySelectorAll("tbody tr")];
 document.getElementById("filter").oninput = event => {{
@@ -59,17 +64,22 @@ document.querySelectorAll("th button").forEach((button, column) => {{
 """
 
 
-def overview_page(rows: Sequence[Row], version: str, folder: Path) -> str:
+def overview_page(rows: Sequence[Row], version: str, options: Sequence[str], folder: Path) -> str:
     """The page; a click on a column sorts by it.
 
     Args:
         rows: what it shows.
         version: of gcodesim.
+        options: those of every row that are not the defaults.
         folder: of the page; pictures are linked from there.
     """
     body = "\n".join(_table_row(row, folder) for row in rows)
     return _PAGE.format(
         count=escape(headline(rows)),
+        when=datetime.now(UTC),
+        options=f"with <code>{escape(printable(' '.join(options)))}</code>"
+        if options
+        else "options as they are unless given",
         head="".join(f"<th><button>{escape(column)}</button></th>" for column in columns()),
         body=body,
         version=escape(version),
@@ -79,8 +89,13 @@ def overview_page(rows: Sequence[Row], version: str, folder: Path) -> str:
 
 def _table_row(row: Row, folder: Path) -> str:
     links = "".join(f' <a href="{_link(file, folder)}">picture</a>' for file in row.pictures)
-    texts = "".join(f"<td>{escape(text)}</td>" for text in cells(row))
+    texts = "".join(f"<td>{_breakable(text)}</td>" for text in cells(row))
     return f'<tr class="{row.verdict}">{texts.removesuffix("</td>")}{links}</td></tr>'
+
+
+def _breakable(text: str) -> str:
+    """The text as HTML that may be broken behind a slash: folders make names long."""
+    return escape(text).replace("/", "/<wbr>")
 
 
 def _link(file: str, folder: Path) -> str:

@@ -42,11 +42,20 @@ def run_of(
         UsageError: a report is not one of this version.
     """
     records = sorted(records, key=_place)
-    results = [_result_of_record(record) for record in records if "report" in record]
+    results = [result_of_record(record) for record in records if "report" in record]
     failures = [Failure(r["program"], r["error"]) for r in records if "error" in r]
     failures += [Failure(job["program"], "not checked") for job in sorted(missing, key=_place)]
     failures += [Failure(f"shard {shard}", "not there") for shard in shards]
     return Run(tuple(results), tuple(dict.fromkeys(failures)))
+
+
+def result_of_record(record: dict[str, Any]) -> CheckResult:
+    """The result of a record of a batch; UsageError where its report is not of this version."""
+    try:
+        return result_of(record["report"])
+    except (KeyError, TypeError, ValueError) as error:
+        text = f"its record is not of this version of gcodesim ({error!r}): check it again"
+        raise UsageError(f"{record['program']}: {text}") from error
 
 
 def result_of(report: dict[str, Any]) -> CheckResult:
@@ -68,14 +77,6 @@ def result_of(report: dict[str, Any]) -> CheckResult:
 
 def _place(label: dict[str, Any]) -> tuple[str, ...]:
     return label["program"], label["machine"], label["setup"]
-
-
-def _result_of_record(record: dict[str, Any]) -> CheckResult:
-    try:
-        return result_of(record["report"])
-    except (KeyError, TypeError, ValueError) as error:
-        text = f"its record is not of this version of gcodesim ({error!r}): check it again"
-        raise UsageError(f"{record['program']}: {text}") from error
 
 
 def _findings(report: dict[str, Any]) -> tuple[Finding, ...]:

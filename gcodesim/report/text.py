@@ -164,15 +164,20 @@ def _listed(result: CheckResult) -> Iterator[str]:
             f"  nearest {'-'.join(nearest.pair)}: {nearest.minimum_mm:.4g} mm at "
             f"{nearest.time_s:.6f} s, line {nearest.line}"
         )
-    if result.left_out:
-        pairs = {f"{a}-{b}" for a, b in result.coverage.pairs}
-        items = [
-            f"{item.what} ({item.margin_mm:.4g} mm to spare)"
-            for item in result.left_out
-            if item.what in pairs
-        ]
-        rest = len(result.left_out) - len(items)
-        yield f"  left out: {', '.join([*items, f'{rest} more in --format json'])}"
+    if clear := _clear(result):
+        yield f"  proved clear without a look: {', '.join(clear)}"
+
+
+def _clear(result: CheckResult) -> list[str]:
+    """Pairs whose reaches never meet, and how many triangles never come near, with the margins."""
+    names = {f"{a}-{b}" for a, b in result.coverage.pairs}
+    clear = [(item.what, item.margin_mm) for item in result.left_out if item.what in names]
+    parts = [item for item in result.left_out if item.triangles]
+    if parts:
+        bodies = ", ".join(item.what.removeprefix("triangles of ") for item in parts)
+        count, margin = sum(item.triangles for item in parts), min(i.margin_mm for i in parts)
+        clear.append((f"{count} triangles of {bodies}", margin))
+    return [f"{what} ({margin:.4g} mm to spare)" for what, margin in clear]
 
 
 def _checked(result: CheckResult) -> Iterator[str]:

@@ -13,6 +13,7 @@ MACHINE = "table_tilt"
 TEMPLATES = {
     "gcodesim.toml": "gcodesim.toml",
     "setup.yaml": "setup.yaml",
+    ".gitignore": "gitignore",
     ".github/workflows/gcodesim.yml": "github.yml",
     ".gitlab-ci.yml": "gitlab.yml",
 }

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 from threading import Timer
 from typing import Any
+from xml.etree import ElementTree
 
 import pytest
 from click.testing import CliRunner, Result
 
 from gcodesim.batch.process import WorkerProcess
+from gcodesim.batch.programs import SUFFIXES
 from gcodesim.batch.records import Record
 from gcodesim.cli import main
 
+SAMPLES = Path(__file__).parents[2] / "samples"
 PASSES = "G21 G90\nT1 M6\nS1000 M3\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"  # a feed move without a feed
 UNCLEAR = "G21 G90\nG0 X10\nG332 X0\nM30\n"
@@ -68,6 +72,51 @@ def test_every_program_has_a_record_a_row_and_the_worst_decides() -> None:
     page = Path("o.html").read_text(encoding="utf-8")
     assert page.count("<tr class=") == 4
     assert "http" not in page.replace("http-equiv", "")
+
+
+def test_rows_tell_what_decided_what_is_ignored_and_what_differs(folder: Path) -> None:
+    text = (SAMPLES / "tilt_into_holder.nc").read_text()
+    wish = "F2000. (gcodesim: ignore GC102 reason=dummy)"
+    (folder / "waived.nc").write_text(text.replace("F2000.", wish))
+    (folder / "empty.nc").write_text("")
+    jobs = ["stop = 'all'", "stop = 'all'\nclearance = 2"]
+    head = "[[jobs]]\nprograms = ['waived.nc', 'empty.nc']\nmachine = 'table_tilt'\n"
+    (folder / "gcodesim.toml").write_text("".join(f"{head}{job}\n" for job in jobs))
+    args = ["batch", "--device", "cpu", "--html", "o.html", "--report", "junit=j.xml"]
+    done = CliRunner().invoke(main, [*args, "--out", "r.jsonl"])
+    merged = CliRunner().invoke(main, ["merge", "r.jsonl", "--html", "m.html"])
+    assert merged.stdout == done.stdout, done.stderr
+    rows = [" ".join(line.split()) for line in done.stdout.splitlines()[1:-1]]
+    nothing = "GC901 nothing was checked: no motion, or no pair of bodies"
+    told = "0.000 cutter-A 4.0 1 contact ignored (comment: dummy)"
+    assert rows[:2] == [
+        f"INCONCLUSIVE empty.nc table_tilt 0.0 {nothing}",
+        f"INCONCLUSIVE empty.nc #2 table_tilt --clearance 2 0.0 {nothing}",
+    ]
+    assert rows[2] == f"PASS waived.nc table_tilt {told}"
+    assert rows[3].startswith(f"PASS waived.nc #2 table_tilt --clearance 2 {told}")
+    for page in (Path("o.html").read_text(), Path("m.html").read_text()):
+        assert page.count("1 contact ignored (comment: dummy)") == 2
+        assert "with <code>--stop all</code>" in page
+    names = [case.get("name") for case in ElementTree.parse("j.xml").iter("testcase")]
+    assert names == ["empty.nc", "empty.nc #2", "waived.nc", "waived.nc #2"]
+
+
+def test_no_file_of_a_folder_is_passed_over_in_silence(folder: Path) -> None:
+    (folder / "sub").mkdir()
+    (folder / "sub/O1234").write_text(PASSES)
+    (folder / "notes.txt").write_text("")
+    (folder / "lost.nc").symlink_to("nowhere")
+    said = "gcodesim: skipped: 2 files that are no programs by ending (1 .txt, 1 without ending)\n"
+    done = batch(".", "--jobs", "1")
+    assert (done.exit_code, done.stderr) == (2, said)
+    assert done.stdout.splitlines()[1].split()[:2] == ["ERROR", "lost.nc"]
+    assert batch("sub/O*", "pass.nc", "--jobs", "1").stderr == ""
+    told = set(re.findall(r"\.[a-z]+", CliRunner().invoke(main, ["batch", "--help"]).stdout))
+    assert told >= SUFFIXES
+    (folder / "gcodesim.toml").write_text("jobs = [{programs = ['.'], machine = 'table_tilt'}]")
+    done = CliRunner().invoke(main, ["batch", "--device", "cpu", "--jobs", "1"])
+    assert (done.exit_code, "(1 .toml, 1 .txt, 1 without ending)" in done.stderr) == (2, True)
 
 
 def test_the_parent_imports_nothing_that_slows_down_its_workers() -> None:

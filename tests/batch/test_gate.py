@@ -115,6 +115,30 @@ def test_shards_are_reported_as_one_and_one_that_is_missing_is_no_success() -> N
     assert (over.exit_code, "1.jsonl is a part that is joined" in over.stderr) == (2, True)
 
 
+@pytest.mark.usefixtures("shop")
+def test_merge_destroys_nothing() -> None:
+    run("batch", "parts/part.nc", *OPTIONS, "--out", "r.jsonl")
+    run("batch", "parts/part.nc", *OPTIONS, "--shard", "1/3", "--out", "s.jsonl")
+    program = Path("parts/part.nc").read_text()
+    Path("p.html").symlink_to("parts/part.nc")
+    Path("notes.txt").write_text("notes")
+    for args, said in (
+        (["--html", "p.html"], "p.html is a program that was checked"),
+        (["--out", "parts/part.nc"], "parts/part.nc is a program that was checked"),
+        (["--out", "./r.jsonl"], "./r.jsonl is a part that is joined"),
+        (["--out", "notes.txt"], "another kind of file: notes.txt: no results"),
+        (["--html", "r.jsonl"], "--html r.jsonl: expected the name of a .html file"),
+        (["--out", "o.html", "--html", "./o.html"], "./o.html is what --out o.html writes"),
+        (["s.jsonl"], "r.jsonl is one of 1, s.jsonl one of 3"),
+    ):
+        over = run("merge", "r.jsonl", *args)
+        assert (over.exit_code, said in over.stderr) == (2, True), over.stderr
+    assert Path("parts/part.nc").read_text() == program
+    assert Path("notes.txt").read_text() == "notes"
+    assert run("merge", "r.jsonl", "--out", "all.jsonl").exit_code == 0
+    assert run("merge", "r.jsonl", "--out", "all.jsonl").exit_code == 0, "results are replaced"
+
+
 def test_every_contact_has_its_picture_and_the_reports_name_it(
     shop: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

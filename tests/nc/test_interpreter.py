@@ -114,6 +114,16 @@ def test_h0_and_t0_are_no_tool(control):
     assert moves(meaning)[0, 2] == 1.0
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_program_in_utf_16_is_told_as_such(encoding, control):
+    text = decode("%\r\nO1\r\nG0 X1\r\nM30\r\n%\r\n".encode(encoding))
+    (finding,) = interpret(text, control()).findings
+    assert finding.meaning == "bad_character"
+    assert "looks like UTF-16; NC programs are ASCII or UTF-8" in finding.message
+    (other,) = interpret("G0 X1 \0 Y2", control()).findings
+    assert "UTF-16" not in other.message
+
+
 def test_max_blocks_ends_interpretation(control):
     meaning = interpret("G0 X1\nX2\nX3\nM30", control(max_blocks=2))
     assert meanings(meaning) == ["max_blocks"]

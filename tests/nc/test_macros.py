@@ -166,6 +166,26 @@ def test_endless_programs_end_at_the_limit(dialect, text, control):
     assert meaning.stopped
 
 
+def test_unless_told_otherwise_only_blocks_that_repeat_are_few(tmp_path, monkeypatch, control):
+    """A file's own blocks, those of its subprograms too, are bounded by its size."""
+    monkeypatch.setattr("gcodesim.nc.interpreter.MAX_REPEATED_BLOCKS", 50)
+    endless = "WHILE[1EQ1]DO1\nX1\nX0\nEND1"
+    meaning = interpret(f"G0\n{endless}\nM30", control())
+    (finding,) = meaning.findings
+    assert finding.meaning == "max_blocks"
+    assert "limit of 50 blocks that repeat; --max-blocks N allows more" in finding.message
+    assert meaning.blocks == 6 + 50
+    # Given, the one number stands for both limits.
+    assert interpret(f"G0\n{endless}\nM30", control(max_blocks=400)).blocks == 400
+
+    main, called = tmp_path / "main.nc", tmp_path / "O2.nc"
+    called.write_text("O2\n" + "X1 (block by block)\nX0\n" * 100 + "M99\n")
+    text = "G0\n" + "X2\nX3\n" * 100 + "M98 P2\nM30\n"
+    main.write_text(text)
+    meaning = interpret(text, control(), str(main))
+    assert (meaning.findings, meaning.blocks) == ((), 203 + 202)
+
+
 def test_subprograms_come_from_files_beside_the_program_and_keep_their_names(tmp_path, control):
     main = tmp_path / "main.nc"
     main.write_text("G0 X1\nM98 P77\nX3\nM30\n")

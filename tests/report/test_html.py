@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from report.browser import Browser, find
-from report.checked import HOSTILE, crash, tools
+from report.checked import HOSTILE, crash, near, tools
 
 from gcodesim.collision.distances import distances
 from gcodesim.machine.kinematics import world_from_link
@@ -88,7 +88,8 @@ def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     """One browser for all tests; in CI its absence is a failure."""
     assert CHROMIUM, "CI needs Chromium: apt-get install chromium-headless-shell"
     with Browser(CHROMIUM) as opened:
-        for name, (result, replay) in {"crash": crash(), "tools": tools()}.items():
+        checks = {"crash": crash(), "tools": tools(), "near": near()}
+        for name, (result, replay) in checks.items():
             file = tmp_path_factory.mktemp("pages") / f"{name}.html"
             file.write_text(page(result, replay), encoding="utf-8")
             opened.pages[name] = file
@@ -196,6 +197,47 @@ def test_distances_follow_the_timeline_and_a_row_jumps_to_the_nearest(browser: B
     assert told_of(browser)["cutter - A"] == "touches"
     assert browser.value("viewer.scene.bodies.filter((b) => b.group.children[0].material.color"
                          ".getHex() === 0xd6322c).map((b) => b.name)") == ["cutter"]  # fmt: skip
+
+
+ON_SCREEN = """(() => {
+  const { bodies, camera, mark } = viewer.scene, seen = [];
+  const meshes = bodies.flatMap(({ group }) => group.children.filter((child) => child.isMesh));
+  for (const mesh of meshes) {
+    const { position } = mesh.geometry.attributes, vertex = mark.position.clone();
+    for (let i = 0; i < position.count; i++) {
+      vertex.fromBufferAttribute(position, i).applyMatrix4(mesh.matrixWorld).project(camera);
+      seen.push(Math.max(Math.abs(vertex.x), Math.abs(vertex.y)));
+    }
+  }
+  return seen.reduce((most, share) => Math.max(most, share), 0);
+})()"""
+"""How far from the middle any vertex of the machine is seen, at most; 1: at the edge."""
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "height"), [(1280, 720), (1000, 700), (600, 900)])
+def test_fit_shows_the_whole_machine(browser: Browser, width: int, height: int) -> None:
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    browser.ask("Emulation.setDeviceMetricsOverride", **size)
+    try:
+        browser.open(browser.pages["near"])
+        for camera in ("whole", "front", "side", "top"):
+            browser.click(f"[data-camera={camera}]")
+            browser.wait("!viewer.scene.dirty")
+            assert 0.3 < browser.value(ON_SCREEN) < 1.0
+    finally:
+        browser.ask("Emulation.clearDeviceMetricsOverride")
+
+
+@needs_browser
+def test_only_a_pair_that_touches_or_is_nearer_than_its_clearance_alarms(browser: Browser) -> None:
+    """cutter and C come to 3.21 mm where 7 mm are asked for; at the start all are far apart."""
+    browser.open(browser.pages["near"])
+    alarms = "Array.from(document.querySelectorAll('#now .alarm span'), (e) => e.textContent)"
+    assert browser.value("document.querySelectorAll('#now .smallest').length") == 1
+    assert browser.value(alarms) == []
+    browser.click("#findings li.warning")
+    assert browser.value(alarms) == ["cutter - C"]
 
 
 @needs_browser

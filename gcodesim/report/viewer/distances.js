@@ -1,6 +1,8 @@
 // Distances of all pairs as they were computed at frames; between two, those of the earlier count.
 import { countBelow } from "gcodesim/data";
 
+const EDGE_MM = 1e-6; // a finding's time is when the clearance is reached, give or take this
+
 export class Distances {
   /** Fill a list with a row per pair, the nearest first; a row is an event: its nearest frame. */
   constructor(list, data) {
@@ -43,12 +45,14 @@ export class Distances {
     return this.time[next] === time ? next : next - 1;
   }
 
-  /** Tell the distances of a frame, the smallest marked. */
+  /** Tell the distances of a frame: the smallest marked, and what touches or is nearer than it may. */
   show(frame) {
     const smallest = Math.min(...this.rows.map((row) => this.at(frame, row.number)).filter((mm) => mm >= 0));
     for (const { row, number, value } of this.rows) {
       value.textContent = told(this.at(frame, number));
-      row.classList.toggle("smallest", this.at(frame, number) === smallest);
+      const distance = this.at(frame, number);
+      row.classList.toggle("smallest", distance === smallest);
+      row.classList.toggle("alarm", distance <= this.clearance[number] + EDGE_MM);
     }
   }
 

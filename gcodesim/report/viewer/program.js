@@ -54,7 +54,7 @@ export class Program {
       row.textContent = this.lines[line - 1] || " ";
       row.dataset.line = line;
       row.dataset.number = number;
-      row.title = file;
+      row.title = `${row.textContent.trim()}\n${file}`; // long lines are cut where they are not scrolled
       row.classList.toggle("current", line === this.current);
       row.classList.toggle("found", this.found.has(line));
     });

@@ -155,11 +155,28 @@ export class Scene {
     return box;
   }
 
-  /** Look from a direction at a ball of the world. */
+  /** A ball that holds every vertex of the bodies that are seen, about the middle of their box. */
+  ball() {
+    const center = this.box().getCenter(new THREE.Vector3()), vertex = new THREE.Vector3();
+    let radius = 0;
+    for (const { group } of this.bodies.filter((body) => body.group.visible)) {
+      for (const mesh of group.children.filter((child) => child.isMesh)) {
+        const { position } = mesh.geometry.attributes;
+        for (let index = 0; index < position.count; index++) {
+          vertex.fromBufferAttribute(position, index).applyMatrix4(mesh.matrixWorld);
+          radius = Math.max(radius, vertex.distanceTo(center));
+        }
+      }
+    }
+    return { center, radius };
+  }
+
+  /** Look from a direction at a ball of the world: all of it is seen, however wide the view is. */
   look(direction, center, radius) {
     const towards = new THREE.Vector3(...direction).normalize();
-    const distance = radius / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2))
-      / Math.min(this.camera.aspect, 1);
+    const up = THREE.MathUtils.degToRad(this.camera.fov / 2);
+    const narrow = Math.min(up, Math.atan(Math.tan(up) * this.camera.aspect));
+    const distance = radius / Math.sin(narrow);
     this.controls.target.copy(center);
     this.camera.position.copy(center).addScaledVector(towards, distance);
     this.camera.near = distance / 1000;
@@ -171,8 +188,8 @@ export class Scene {
 
   /** Look at the whole machine from a direction, by default from the front, right and above. */
   lookAtAll(direction = [0.5, -0.9, 0.6]) {
-    const ball = this.box().getBoundingSphere(new THREE.Sphere());
-    this.look(direction, ball.center, 0.85 * ball.radius);
+    const { center, radius } = this.ball();
+    this.look(direction, center, radius);
   }
 
   /** Look at a point, or at the middle of a pair, from where the camera is. */
