@@ -57,6 +57,10 @@ LINEAR_LIMIT_SLACK_MM = 1.0e-6
 """Travel may be exceeded by this [mm or deg] without a finding: programs with three decimals that
 end exactly on a limit must not fail through rounding."""
 
+CLEARANCE_SLACK_MM = 1.0e-6
+"""A clearance may be missed by this [mm] without a finding: a plate at exactly that distance keeps
+it, and no search proves more than a limit that is just reached."""
+
 FULL_CIRCLE_MM = 1.0e-9
 """An arc whose end lies this near its start [mm] along the arc is a full circle. Programs have 4
 decimals; rounding of machine coordinates stays below 1e-11 mm."""

@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from gcodesim.collision.clearance import KNOWN_PART, Nearness
+from gcodesim.collision.clearance import Nearness
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.events import Contact
 from gcodesim.collision.intervals import Interval
 from gcodesim.collision.leave_out import LeftOut as Item
 from gcodesim.collision.leave_out import still_axes
-from gcodesim.constants import PS_PER_S, SLACK_MM
+from gcodesim.constants import CLEARANCE_SLACK_MM, PS_PER_S, SLACK_MM
 from gcodesim.findings import CONTAINMENT_UNDECIDED, Finding
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
@@ -29,9 +29,6 @@ from gcodesim.verdict import (
     LeftOut,
     SmallestDistance,
 )
-
-SMALLEST_SAID_MM = 1.0e-6
-"""Below this [mm] it is not said how well a distance is known: smaller looks better than it is."""
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 
@@ -109,8 +106,8 @@ def _touches_there(detection: Detection, pair: Pair, near: Nearness) -> bool:
 
 
 def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
-    asked, off = near.limit - near.departure, near.departure
-    distance = _apart(near.distance, near.limit)
+    asked, off = near.limit - near.departure + CLEARANCE_SLACK_MM, near.departure
+    distance = _apart(near.distance, asked + off)
     message = f"{pair.a} comes to {distance} mm of {pair.b}; "
     code, meaning = "GC201", "clearance"
     if near.touch:
@@ -119,10 +116,6 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
     else:
         message += f"the clearance asked for is {asked:.9g} mm"
         message += f", and it may be off its path by {off:.6g} mm" if off > 0.0 else ""
-        if near.distance >= near.limit:
-            # The distance is known from above: nearer cannot be told, nor excluded.
-            known = max(KNOWN_PART * near.distance, SMALLEST_SAID_MM)
-            message += f": it is not proved to be kept (known to {known:.2g} mm)"
     return Finding(
         code,
         message,
@@ -137,7 +130,7 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
 def _apart(distance: float, limit: float) -> str:
     """The distance [mm] in as many digits as tell it from a larger limit."""
     few = (text for n in range(6, 17) if (text := f"{distance:.{n}g}") != f"{limit:.{n}g}")
-    return next(few, f"{distance:.6g}") if distance < limit else f"{distance:.6g}"
+    return next(few, f"{distance:.6g}")
 
 
 def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:

@@ -180,6 +180,8 @@ def too_near(
         else:
             block = _rest_of_block(searcher.path, reach.time_ps, end)
             distance = smallest_distances(searcher, [pair], *block, best)[pair]
+        # The smallest distance is known to a part of it only, but the limit is reached for sure.
+        distance = min(distance, reach.limit)
         place = reach.time_ps, reach.limit, reach.departure, touch
         found.append(Nearness(pair, distance, *place, int(searcher.path.bounds_ps[end])))
     return found

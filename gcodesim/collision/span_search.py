@@ -32,7 +32,7 @@ from gcodesim.collision.near import Approach, first_event
 from gcodesim.collision.poses import PathArrays, path_arrays
 from gcodesim.collision.search import Searcher, Settings
 from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
-from gcodesim.constants import PAIR_BITS, TOLERANCE_MM
+from gcodesim.constants import CLEARANCE_SLACK_MM, PAIR_BITS, TOLERANCE_MM
 from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import standing
@@ -64,8 +64,9 @@ class Aims:
     threads: int = 0
 
     def clearance_of(self, pair: Pair) -> float:
-        """Clearance of a pair [mm]."""
-        return pair.clearance if self.clearance is None else self.clearance
+        """Clearance that a pair must not fall below [mm]."""
+        asked = pair.clearance if self.clearance is None else self.clearance
+        return max(asked - CLEARANCE_SLACK_MM, 0.0)
 
 
 @dataclass
