@@ -73,6 +73,7 @@ def test_what_follows_an_ignored_contact_must_have_been_looked_at() -> None:
     assert [f.meaning for f in stopped.counted] == ["stopped_at_ignored"]
     looked = judged(TOUCH, ignore=["GC102=dummy"])
     assert looked.verdict == "pass"
+    assert "the move in which an ignored contact ends" in looked.coverage.uncertified[0]
     other = replace(TOUCH, code="GC104", line=9)
     assert judged(TOUCH, other, ignore=["GC102=dummy"]).verdict == "fail"
 

@@ -65,7 +65,8 @@ def every_place(
     """Every place where a pair comes nearer than its clearance, in the order of time.
 
     A place is a run of pieces that come too near, and do so where one ends and the next begins. On
-    its way into a contact and out of it a pair is too near anyway: that is no place.
+    its way into a contact and out of it a pair is too near anyway: that is no place. The rest of
+    the piece in which a contact ends is not looked at.
 
     Args:
         searcher: with the scene and path.

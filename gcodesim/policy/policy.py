@@ -52,7 +52,11 @@ class Policy:
         said += [Finding("GC901", gap, "stopped_at_ignored", file=result.program) for gap in gaps]
         # A wrong comment on a block with several findings is wrong once.
         said = list(dict.fromkeys(said))
-        return replace(result, findings=(*findings, *said), fail_on=self.fail_on)
+        coverage = result.coverage
+        if any(f.ignored and f.is_contact for f in findings):
+            gap = "clearances in the rest of the move in which an ignored contact ends"
+            coverage = replace(coverage, uncertified=(*coverage.uncertified, gap))
+        return replace(result, findings=(*findings, *said), coverage=coverage, fail_on=self.fail_on)
 
     def wanted(self, result: CheckResult, text: str) -> list[Finding]:
         """Findings that belong in a baseline: all that count, except what can never be ignored."""
