@@ -7,6 +7,7 @@ import json
 from dataclasses import replace
 
 import pytest
+import reporting
 from rich.cells import cell_len
 from rich.console import Console
 
@@ -15,22 +16,12 @@ from gcodesim.report.json_report import report_dict
 from gcodesim.report.text import print_report
 from gcodesim.verdict import CONTRACT, CheckResult, Coverage, FirstContact, LeftOut
 
-PASSED = CheckResult(
+PASSED = replace(
+    reporting.PASSED,
     program="part.nc",
-    machine="table_tilt",
-    verified_model=False,
-    device="cpu",
     method="exhaustive",
-    dialect="fanuc",
-    sample_period_s=1e-4,
-    samples=142001,
-    duration_s=14.2,
-    blocks=6,
-    first_contact=None,
-    findings=(),
     coverage=Coverage(pairs=(("cutter", "C"), ("Z", "A"))),
     work={"poses": 284002, "triangle_tests": 1},
-    timing_s={"interpret": 0.01, "search": 1.0},
 )
 TOUCH = Finding(
     "GC102",

@@ -216,10 +216,10 @@ def _look_at_clearances(
     else:
         near_places = too_near(searcher, asked, departing, first, end, best)
     findings.too_near = [(pairs[near.pair], near) for near in near_places]
+    nearest: list[Nearness] = []
     if aims.minimum:
-        findings.minimums = [
-            (pairs[near.pair], near) for near in nearest_of_all(searcher, first, end, best)
-        ]
+        nearest = nearest_of_all(searcher, first, end, best)
     elif aims.nearest:
-        near = nearest_pair(searcher, first, end, best)
-        findings.minimums = [(pairs[near.pair], near)]
+        nearest = [nearest_pair(searcher, first, end, best)]
+    # A pair that touches from the start on, or is behind such a contact, has no distance.
+    findings.minimums = [(pairs[n.pair], n) for n in nearest if np.isfinite(n.distance)]

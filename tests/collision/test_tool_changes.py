@@ -110,3 +110,16 @@ def test_a_tool_that_no_move_follows_keeps_its_clearance(changes: list[tuple[int
     assert [(n.distance, n.time_ps) for n in near] == [(pytest.approx(5.0), p.duration_ps)]
     smallest = min(n.distance for span in found.findings for _, n in span.minimums)
     assert smallest == pytest.approx(5.0)
+
+
+def test_a_pair_that_touches_as_it_appears_has_no_smallest_distance() -> None:
+    m = spindle({1: 20.0, 2: 60.0})
+    p = path(JOINTS, [0.0], [(1e-3, [-5.0]), (1e-3, [0.0])])
+    p = replace(p, tool_changes=(ToolChange(0, 1, 2), ToolChange(2, 2, 3)))
+    for wanted in ({"minimum": True}, {"nearest": True}):
+        aims = Aims(stop_all=True, **wanted)
+        found = detect(Task(p, m, SAMPLE_PS, "cpu", "search", aims, lambda done: None))
+        assert found.contact is not None
+        smallest = [n.distance for span in found.findings for _, n in span.minimums]
+        assert np.isfinite(smallest).all()
+        assert min(smallest) == pytest.approx(25.0, abs=0.03)
