@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gcodesim.api import check
-    from gcodesim.collision.triangles import triangles_intersect
+    from gcodesim.checking.options import Options
+    from gcodesim.checking.verdict import CheckResult as Report
+    from gcodesim.collision.geometry.triangles import triangles_intersect
     from gcodesim.errors import UsageError
-    from gcodesim.findings import Finding
-    from gcodesim.options import Options
-    from gcodesim.verdict import CheckResult as Report
+    from gcodesim.findings.codes import Finding
 
 __all__ = [
     "Finding",
@@ -25,12 +25,12 @@ __all__ = [
 __version__ = "0.1.0"
 
 _HOMES = {
-    "Finding": ("gcodesim.findings", "Finding"),
-    "Options": ("gcodesim.options", "Options"),
-    "Report": ("gcodesim.verdict", "CheckResult"),
+    "Finding": ("gcodesim.findings.codes", "Finding"),
+    "Options": ("gcodesim.checking.options", "Options"),
+    "Report": ("gcodesim.checking.verdict", "CheckResult"),
     "UsageError": ("gcodesim.errors", "UsageError"),
     "check": ("gcodesim.api", "check"),
-    "triangles_intersect": ("gcodesim.collision.triangles", "triangles_intersect"),
+    "triangles_intersect": ("gcodesim.collision.geometry.triangles", "triangles_intersect"),
 }
 
 

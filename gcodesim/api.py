@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from os import PathLike, fspath
 
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.checking.verdict import CheckResult
 from gcodesim.errors import UsageError
-from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
-from gcodesim.nc.reader import read_program
-from gcodesim.options import Options
+from gcodesim.nc.lines import read_program
 from gcodesim.policy.policy import Policy
-from gcodesim.verdict import CheckResult
 
 
 def check(

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gcodesim.findings import Finding
+    from gcodesim.findings.codes import Finding
 
 
 class GcodesimError(Exception):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gcodesim.collision.device import resolve_device
+from gcodesim.collision.geometry.device import resolve_device
 from gcodesim.errors import UsageError
 
 DEVICES = {"cpu": ["cpu"], "cuda": ["cuda"], "all": ["cpu", "cuda"]}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from gcodesim.findings import Finding
-from gcodesim.report.run import Failure, Run
-from gcodesim.verdict import CheckResult, Coverage
+from gcodesim.checking.verdict import CheckResult, Coverage
+from gcodesim.findings.codes import Finding
+from gcodesim.report.outcome import Failure, Run
 
 PASSED = CheckResult(
     program="parts/part.nc",

@@ -14,7 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gcodesim.cli import main
-from gcodesim.cli.options import progress_bar
+from gcodesim.cli.arguments import progress_bar
 from gcodesim.constants import DEFAULT_PERIOD_PS
 
 MACHINES = Path(__file__).parents[1] / "machines"
@@ -264,7 +264,7 @@ def test_interrupt_is_130(monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*args: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gcodesim.flow.check_program", interrupted)
+    monkeypatch.setattr("gcodesim.checking.flow.check_program", interrupted)
     result = check("pass.nc")
     assert result.exit_code == 130
     assert result.stdout == ""
@@ -276,7 +276,7 @@ def test_a_defect_of_ours_never_looks_like_a_verdict(monkeypatch: pytest.MonkeyP
     def broken(*args: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("gcodesim.flow.check_program", broken)
+    monkeypatch.setattr("gcodesim.checking.flow.check_program", broken)
     result = check("pass.nc")
     assert result.exit_code == 2
     assert "please report it" in result.stderr
@@ -308,7 +308,7 @@ def test_progress_is_drawn_on_a_terminal_only(
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     clock = iter([0.0, 0.5, 2.0])
-    monkeypatch.setattr("gcodesim.cli.options.time.monotonic", lambda: next(clock, 3.0))
+    monkeypatch.setattr("gcodesim.cli.arguments.time.monotonic", lambda: next(clock, 3.0))
     with progress_bar("part.nc", quiet=False) as advance:
         advance(0.1)
         early = capsys.readouterr()

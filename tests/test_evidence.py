@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from gcodesim.flow import check_program
-from gcodesim.options import Options
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
 from gcodesim.study.scenes import box, joint, machine
 
 

@@ -7,9 +7,9 @@ import pytest
 from click.testing import CliRunner
 
 from gcodesim.cli import main
-from gcodesim.explain import ADVICE, OTHER_MEANINGS, explain
-from gcodesim.findings import CODES
-from gcodesim.nc.meanings import MEANINGS
+from gcodesim.findings.codes import CODES
+from gcodesim.findings.explain import ADVICE, OTHER_MEANINGS, explain
+from gcodesim.findings.meanings import MEANINGS
 
 SOURCE = Path(__file__).parents[1] / "gcodesim"
 # Name of what makes a finding or its error -> position of the meaning among its arguments.

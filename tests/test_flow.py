@@ -9,12 +9,12 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from gcodesim import flow
+from gcodesim.checking import flow
+from gcodesim.checking.options import Options
 from gcodesim.cli import main
 from gcodesim.collision import detector
 from gcodesim.machine.loading import load_machine
-from gcodesim.nc.reader import read_program
-from gcodesim.options import Options
+from gcodesim.nc.lines import read_program
 
 SAMPLE = Path(__file__).parents[1] / "samples/tilt_into_holder.nc"
 

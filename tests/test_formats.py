@@ -14,11 +14,11 @@ import pytest
 from format_schemas import GITHUB_SARIF, GITLAB, assert_junit, sarif_schema
 from reporting import FAILED, LIMIT, NEAR, NOTE, PASSED, RUN, TOUCH, UNCLEAR, UNKNOWN, finding
 
-from gcodesim.findings import CODES, Ignored
-from gcodesim.fingerprints import fingerprints
+from gcodesim.findings.codes import CODES, Ignored
+from gcodesim.findings.fingerprints import fingerprints
 from gcodesim.report import github, gitlab, jsonl, junit, sarif
 from gcodesim.report.formats import RENDER
-from gcodesim.report.run import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, Run
 
 HIDDEN = replace(PASSED, findings=(replace(TOUCH, ignored=Ignored("comment", "dummy")), NOTE))
 

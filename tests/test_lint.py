@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner
 from machine.stl import stl_bytes
 
+from gcodesim.checking.lint import lint
 from gcodesim.cli import main
-from gcodesim.findings import Finding
-from gcodesim.lint import lint
+from gcodesim.findings.codes import Finding
 from gcodesim.machine import shapes
 from gcodesim.machine.loading import load_machine
 

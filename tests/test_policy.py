@@ -10,14 +10,14 @@ import pytest
 from click.testing import CliRunner, Result
 from reporting import LIMIT, NEAR, NOTE, PASSED, TOUCH, UNKNOWN, finding
 
+from gcodesim.checking.verdict import LEVELS, decide
 from gcodesim.cli import main
 from gcodesim.errors import UsageError
-from gcodesim.findings import CODES, CONTAINMENT_UNDECIDED, FAIL, Finding
+from gcodesim.findings.codes import CODES, CONTAINMENT_UNDECIDED, FAIL, Finding
 from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.comments import comments_in
 from gcodesim.policy.policy import Policy
 from gcodesim.policy.rules import parse_rule
-from gcodesim.verdict import LEVELS, decide
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 

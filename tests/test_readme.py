@@ -11,10 +11,10 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from gcodesim.checking.verdict import CONTRACT
 from gcodesim.cli import main
 from gcodesim.report.json_report import SCHEMA
 from gcodesim.report.text import CONTRACT as REPORTED
-from gcodesim.verdict import CONTRACT
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -11,10 +11,10 @@ import reporting
 from rich.cells import cell_len
 from rich.console import Console
 
-from gcodesim.findings import Finding
+from gcodesim.checking.verdict import CONTRACT, CheckResult, Coverage, FirstContact, LeftOut
+from gcodesim.findings.codes import Finding
 from gcodesim.report.json_report import report_dict
 from gcodesim.report.text import print_report
-from gcodesim.verdict import CONTRACT, CheckResult, Coverage, FirstContact, LeftOut
 
 PASSED = replace(
     reporting.PASSED,

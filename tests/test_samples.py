@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gcodesim.findings import FAIL, INCONCLUSIVE
-from gcodesim.flow import check_program
-from gcodesim.machine.control import control_for
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.kinematics import tip_position, world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
-from gcodesim.options import Options
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 
 SAMPLES = Path(__file__).parents[1] / "samples"
 PROGRAMS = sorted(SAMPLES.glob("*.nc"))

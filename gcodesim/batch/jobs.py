@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim import __version__
+from gcodesim.checking.options import Options
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of
-from gcodesim.options import Options
 from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.policy import Policy
 from gcodesim.policy.rules import parse_prefix, parse_rule

@@ -26,7 +26,7 @@ def worker_devices(device: str, count: int | None) -> list[str]:
     devices = ["cpu"]
     if device != "cpu" and (device != "auto" or _has_driver()):
         # Warp takes half a second to import.
-        from gcodesim.collision.device import every_device
+        from gcodesim.collision.geometry.device import every_device
 
         devices = every_device(device)
     count = count or (core_count() if devices == ["cpu"] else len(devices))

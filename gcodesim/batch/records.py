@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from gcodesim.batch.jobs import Job
+from gcodesim.checking.verdict import EXIT_CODES, USAGE_EXIT, CheckResult, Coverage
 from gcodesim.constants import PS_PER_S
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.report.json_report import report_dict
-from gcodesim.verdict import EXIT_CODES, USAGE_EXIT, CheckResult, Coverage
 
 Record = dict[str, Any]
 """The label of a job, the `seconds` its check took, and `report` or, with exit code 2, `error`.

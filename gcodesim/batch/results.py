@@ -15,9 +15,9 @@ from typing import Any
 
 from gcodesim import __version__
 from gcodesim.batch.records import Record, exit_code, is_done
+from gcodesim.checking.verdict import EXIT_CODES, worst_exit
 from gcodesim.errors import UsageError
-from gcodesim.findings import INCONCLUSIVE
-from gcodesim.verdict import EXIT_CODES, worst_exit
+from gcodesim.findings.codes import INCONCLUSIVE
 
 SCHEMA = "gcodesim.batch/1"
 

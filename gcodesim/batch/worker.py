@@ -18,13 +18,13 @@ from typing import Any, TextIO
 from gcodesim import __version__
 from gcodesim.batch.jobs import Job
 from gcodesim.batch.records import WORKER_LOST, Record, lost
+from gcodesim.checking.flow import check_program
 from gcodesim.collision.detector import load_kernels
-from gcodesim.collision.device import resolve_device
+from gcodesim.collision.geometry.device import resolve_device
 from gcodesim.errors import UsageError
-from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.lines import read_program
 from gcodesim.policy.policy import Policy
 from gcodesim.report.json_report import report_dict
 

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from gcodesim import __version__
+from gcodesim.checking.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
 from gcodesim.cli.batch import batch, merge
 from gcodesim.cli.check import check
 from gcodesim.cli.init import init
@@ -19,9 +20,8 @@ from gcodesim.cli.language import canon, explain
 from gcodesim.cli.machine import machine
 from gcodesim.cli.measure import bench, study
 from gcodesim.cli.pictures import view
-from gcodesim.cli.trace import trace
+from gcodesim.cli.tracing import trace
 from gcodesim.errors import UsageError
-from gcodesim.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
 
 
 def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:

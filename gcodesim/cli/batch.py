@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from gcodesim.checking.verdict import USAGE_EXIT
+from gcodesim.cli.arguments import FiniteRange
 from gcodesim.cli.check import check
-from gcodesim.cli.options import FiniteRange
 from gcodesim.cli.outputs import Input, Output, claim, model_files, writing
 from gcodesim.cli.pictures import Pictures, picture_names, refuse_ending
 from gcodesim.cli.plan import Plan
 from gcodesim.cli.reports import Destination, parse_destinations, report_files, write_reports
 from gcodesim.cli.settings import make_plans, tell_skipped
 from gcodesim.errors import UsageError
-from gcodesim.verdict import USAGE_EXIT
 
 if TYPE_CHECKING:
     from gcodesim.batch.jobs import Job

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from gcodesim.cli.options import (
+from gcodesim.checking.verdict import EXIT_CODES, LEVELS, USAGE_EXIT, CheckResult, worst_exit
+from gcodesim.cli.arguments import (
     FiniteRange,
     device,
     language_options,
@@ -24,12 +25,11 @@ from gcodesim.cli.plan import Plan
 from gcodesim.cli.reports import parse_destinations, print_text, report_files, write_reports
 from gcodesim.cli.settings import make_plans
 from gcodesim.errors import UsageError
-from gcodesim.report.run import FORMATS, Failure, Run
-from gcodesim.verdict import EXIT_CODES, LEVELS, USAGE_EXIT, CheckResult, worst_exit
+from gcodesim.report.outcome import FORMATS, Failure, Run
 
 if TYPE_CHECKING:
+    from gcodesim.checking.options import Options
     from gcodesim.machine.model import Machine
-    from gcodesim.options import Options
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
 
@@ -259,7 +259,7 @@ class UnreadableError(UsageError):
 
 
 def _check_one(task: Task, quiet: bool) -> tuple[CheckResult, str]:
-    from gcodesim.flow import check_program
+    from gcodesim.checking.flow import check_program
 
     begin = time.perf_counter()
     try:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.options import exit_with, language_options, progress_bar, read_text
+from gcodesim.cli.arguments import exit_with, language_options, progress_bar, read_text
 
 
 @click.command()
@@ -23,10 +23,10 @@ from gcodesim.cli.options import exit_with, language_options, progress_bar, read
 @language_options
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
-    from gcodesim.machine.control import bare_control, control_for
+    from gcodesim.machine.control_data import bare_control, control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.nc.canon import write_canon
-    from gcodesim.nc.interpreter import interpret
+    from gcodesim.nc.iso.interpreter import interpret
 
     choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
     if machine_path:
@@ -47,6 +47,6 @@ def explain(code: str) -> None:
 
     Without CODE all codes are listed, and of GC2 those of GC2xx.
     """
-    from gcodesim.explain import explain as explained
+    from gcodesim.findings.explain import explain as explained
 
     click.echo(explained(code))

@@ -60,7 +60,7 @@ def lint(path: str, report_format: str, **files: Any) -> None:
     Exit codes: 0 nothing worse than notes, 3 warnings (a question may stay undecided), 1 errors
     (programs fail on this model), 2 the file cannot be loaded at all.
     """
-    from gcodesim.lint import lint as find
+    from gcodesim.checking.lint import lint as find
     from gcodesim.machine.loading import load_machine
     from gcodesim.report.lint_report import lint_dict, lint_lines
 
@@ -103,8 +103,8 @@ def import_(path: str, out: str | None) -> None:
 
     What could not be carried over is listed at the head of the file, and on stderr.
     """
-    from gcodesim.machine.linuxcnc_ini import import_ini
-    from gcodesim.machine.urdf import import_urdf
+    from gcodesim.machine.formats.linuxcnc_ini import import_ini
+    from gcodesim.machine.formats.urdf import import_urdf
 
     suffix = Path(path).suffix.lower()
     if suffix not in (".ini", ".urdf", ".xml"):

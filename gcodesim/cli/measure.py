@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 import click
 
-from gcodesim.cli.options import progress_bar
+from gcodesim.cli.arguments import progress_bar
 from gcodesim.cli.outputs import Output, claim, model_files, writing
 
 WIDTH = 160
@@ -139,7 +139,7 @@ def study() -> None:
 def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
     """Check PROGRAMs with everything and with only what they need, and compare."""
     from gcodesim.report.leave_out_report import print_leave_out, write_csv
-    from gcodesim.study.leave_out import leave_out_study
+    from gcodesim.study.leave_out_study import leave_out_study
 
     read = [*((program, "a program") for program in programs), *model_files(machine_path, None)]
     claim(_asked(json=given["json_path"], csv=given["csv_path"]), read)

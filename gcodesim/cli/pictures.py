@@ -17,7 +17,7 @@ from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
 
 if TYPE_CHECKING:
-    from gcodesim.verdict import CheckResult
+    from gcodesim.checking.verdict import CheckResult
 
 NONE = "none"
 """What `--snapshot` is given where no picture is wanted in CI either."""

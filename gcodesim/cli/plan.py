@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gcodesim.batch.programs import each_once
-from gcodesim.cli.options import machine_path_of
+from gcodesim.cli.arguments import machine_path_of
 from gcodesim.cli.outputs import Input, model_files
+from gcodesim.cli.settings_file import Keys, Settings
 from gcodesim.errors import UsageError
-from gcodesim.settings import Keys, Settings
 
 if TYPE_CHECKING:
-    from gcodesim.options import Options
+    from gcodesim.checking.options import Options
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
 
@@ -125,7 +125,7 @@ class Plan:
         Args:
             nearest: tell the pair that comes nearest, unless --min-clearance says otherwise.
         """
-        from gcodesim.options import Options
+        from gcodesim.checking.options import Options
 
         values = self.values
         self._refuse_search_options(values)

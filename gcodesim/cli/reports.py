@@ -12,10 +12,10 @@ import click
 
 from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
-from gcodesim.report.run import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, Run
 
 if TYPE_CHECKING:
-    from gcodesim.verdict import CheckResult
+    from gcodesim.checking.verdict import CheckResult
 
 OPTION, STDOUT = "--report", "-"
 

@@ -11,10 +11,10 @@ import click
 from click.core import ParameterSource
 
 from gcodesim.batch.programs import each_once, is_dangling, matching, skipped
-from gcodesim.cli.options import period_text
+from gcodesim.cli.arguments import period_text
 from gcodesim.cli.plan import COMMAND_LINE, DEFAULT, Choice, Plan
+from gcodesim.cli.settings_file import Job, Keys, Settings, find_settings, read_settings
 from gcodesim.errors import UsageError
-from gcodesim.settings import Job, Keys, Settings, find_settings, read_settings
 
 NOT_IN_FILES = ("settings", "show-settings", "update-baseline", "jobs", "shard")
 """Options that make no sense in a settings file; `jobs` are there what is to be done."""

@@ -8,20 +8,23 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import warp as wp
 
-from gcodesim.collision import chords, exhaustive, search_kernel, tree_kernel
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.contact import touching_triangles
-from gcodesim.collision.containment import find_containments
-from gcodesim.collision.departure import Step, largest_step
-from gcodesim.collision.events import Contact, Place
-from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
-from gcodesim.collision.poses import PathArrays, path_arrays
-from gcodesim.collision.scene import Scene, build_scene
-from gcodesim.collision.span_search import Aims, SpanFindings, search_span
+from gcodesim.collision.baseline import exhaustive
+from gcodesim.collision.baseline.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.bodies import tree_kernel
+from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bounds import chords
+from gcodesim.collision.bounds.departure import Step, largest_step
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.geometry.poses import PathArrays, path_arrays
+from gcodesim.collision.instants.contact import touching_triangles
+from gcodesim.collision.instants.containment import find_containments
+from gcodesim.collision.search import search_kernel
+from gcodesim.collision.search.events import Contact, Place
+from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
-from gcodesim.motion.limits import position_ranges
+from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Instants, Span, tool_spans, window, windows
 
@@ -87,7 +90,7 @@ def load_kernels(method: str, device: str) -> tuple[str, ...]:
         The modules, by their names in this package.
     """
     if method == "paper":
-        from gcodesim.collision import paper  # no other check has a use for it
+        from gcodesim.collision.baseline import paper  # no other check has a use for it
 
         wp.load_module(paper, device=device)
         return ("paper",)
@@ -200,7 +203,7 @@ def _look(
     """What finds the first contact (sample, pair) among some instants."""
     if task.method == "exhaustive":
         return lambda instants: first_contact_exhaustive(scene, arrays, instants, work)
-    from gcodesim.collision.paper import first_contact_paper, prepare_paper
+    from gcodesim.collision.baseline.paper import first_contact_paper, prepare_paper
 
     prepared = prepare_paper(scene, _travelled(task))
     return lambda instants: first_contact_paper(scene, prepared, arrays, instants, work)

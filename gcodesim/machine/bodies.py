@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.mesh import read_mesh

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.errors import ModelError
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 
 Array = NDArray[np.float64]
 

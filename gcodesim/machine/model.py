@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.machine.model import Machine
-from gcodesim.motion.moves import LONGEST_S, Moves, arc_lengths, sub_arcs
+from gcodesim.motion.joint_moves import LONGEST_S, Moves, arc_lengths, sub_arcs
 
 Floats = NDArray[np.float64]
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
-from gcodesim.motion.arcs import arc_pieces
-from gcodesim.motion.moves import LONGEST_S, Moves
+from gcodesim.motion.arc_moves import arc_pieces
+from gcodesim.motion.joint_moves import LONGEST_S, Moves
 from gcodesim.motion.path import CONSTANT_SPEED, Path, ToolChange
 from gcodesim.motion.profiles import profiled
 from gcodesim.motion.rapids import doglegs

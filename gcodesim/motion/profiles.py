@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gcodesim.machine.model import Machine
 from gcodesim.motion.blocks import Blocks, blocks, corner_speeds
-from gcodesim.motion.moves import Moves
+from gcodesim.motion.joint_moves import Moves
 from gcodesim.motion.path import CONSTANT_SPEED
 from gcodesim.motion.ramps import Phases, phases, reachable_speed, reachable_speeds
 from gcodesim.motion.stretches import stretches

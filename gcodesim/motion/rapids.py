@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Machine
-from gcodesim.motion.moves import Moves
+from gcodesim.motion.joint_moves import Moves
 from gcodesim.nc.program import CanonicalProgram, Frame, Kind
 
 

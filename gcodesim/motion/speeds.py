@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
-from gcodesim.motion.arcs import steepest_rises
+from gcodesim.motion.arc_moves import steepest_rises
 from gcodesim.motion.path import Path
 
 Floats = NDArray[np.float64]

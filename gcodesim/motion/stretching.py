@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint, Machine
 from gcodesim.machine.tool_centre import ToolCentre
-from gcodesim.motion.arcs import steepest_rises
-from gcodesim.motion.moves import Moves
+from gcodesim.motion.arc_moves import steepest_rises
+from gcodesim.motion.joint_moves import Moves
 from gcodesim.nc.program import CanonicalProgram, Kind
 
 NEAR_POLE_DEG = 5.0

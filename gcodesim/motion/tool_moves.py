@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.errors import OrientationError
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
-from gcodesim.motion.arcs import arc_pieces
+from gcodesim.motion.arc_moves import arc_pieces
 from gcodesim.motion.great_circle import cut_moves, levers
-from gcodesim.motion.moves import Moves
+from gcodesim.motion.joint_moves import Moves
 from gcodesim.motion.tool_path import (
     MAX_PIECES,
     Array,

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.motion.moves import Moves
+from gcodesim.motion.joint_moves import Moves
 
 TURNS = 16
 """Whole turns that stay together: their angle is good to 2e-14 rad, that of a million to 5e-10."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.nc.control import ZERO
+from gcodesim.nc.control.supply import ZERO
 from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Frame, Kind
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]

@@ -9,10 +9,10 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path, PurePath
 from typing import Any
 
+from gcodesim.checking.verdict import CheckResult
 from gcodesim.errors import UsageError
-from gcodesim.findings import Finding
-from gcodesim.fingerprints import fingerprints
-from gcodesim.verdict import CheckResult
+from gcodesim.findings.codes import Finding
+from gcodesim.findings.fingerprints import fingerprints
 
 SCHEMA = "gcodesim.baseline/1"
 Key = tuple[str, str, str, str]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from gcodesim.errors import UsageError
-from gcodesim.findings import Ignored
+from gcodesim.findings.codes import Ignored
 from gcodesim.policy.rules import Rule, parse_prefix
 
 COMMENT = re.compile(r"[(;][ \t]*gcodesim:([^()\n]*)", re.IGNORECASE)

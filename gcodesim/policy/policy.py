@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from gcodesim.findings import CLEARANCES, FAIL, Finding, Ignored
+from gcodesim.checking.verdict import CheckResult, effect_at
+from gcodesim.findings.codes import CLEARANCES, FAIL, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
 from gcodesim.policy.rules import Rule, refusal
-from gcodesim.verdict import CheckResult, effect_at
 
 NOT_SELECTED = Ignored("--select")
 

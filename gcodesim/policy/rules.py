@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 
 from gcodesim.errors import UsageError
-from gcodesim.findings import CODES, Finding, Ignored
+from gcodesim.findings.codes import CODES, Finding, Ignored
 
 PREFIX = re.compile(r"GC\d{1,3}")
 NO_REASON = "a contact is never ignored without a reason"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gcodesim.report import github, gitlab, json_report, jsonl, junit, sarif, text
-from gcodesim.report.run import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, Run
 
 RENDER: dict[str, Callable[[Run], str]] = dict(
     zip(

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from gcodesim.checking.verdict import CheckResult
+from gcodesim.report.outcome import Run
 from gcodesim.report.rows import Row, repository_path, rows, title
-from gcodesim.report.run import Run
 from gcodesim.report.text import printable
-from gcodesim.verdict import CheckResult
 
 ANNOTATIONS = 10
 """GitHub shows ten annotations of a step and drops the others without a word."""

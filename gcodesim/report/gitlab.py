@@ -6,8 +6,8 @@ import hashlib
 import json
 from typing import Any
 
+from gcodesim.report.outcome import Failure, Run
 from gcodesim.report.rows import Row, repository_path, rows, title
-from gcodesim.report.run import Failure, Run
 from gcodesim.report.text import printable
 
 SEVERITIES = {"error": "critical", "warning": "major", "note": "info"}

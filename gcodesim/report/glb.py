@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.replay import Replay, Shown, indexed
+from gcodesim.checking.replay import Replay, Shown, indexed
 
 if TYPE_CHECKING:
     from gcodesim.machine.model import Joint

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.checking.replay import Replay, indexed
+from gcodesim.checking.verdict import CONTRACT
 from gcodesim.constants import PS_PER_S
-from gcodesim.replay import Replay, indexed
 from gcodesim.report.json_report import report_dict
-from gcodesim.verdict import CONTRACT
 
 if TYPE_CHECKING:
+    from gcodesim.checking.verdict import CheckResult
     from gcodesim.machine.model import Part
     from gcodesim.motion.knots import Knots
-    from gcodesim.verdict import CheckResult
 
 MODULES = {
     "three": "three.module.min.js",
@@ -143,7 +143,7 @@ def _distances(result: CheckResult, replay: Replay) -> dict[str, Any]:
 
     The times that the report tells are frames too.
     """
-    from gcodesim.collision.distances import distances
+    from gcodesim.collision.views.distances import distances
 
     first = result.first_contact
     told = [

@@ -6,10 +6,10 @@ import json
 from dataclasses import asdict
 from typing import Any
 
+from gcodesim.checking.verdict import CheckResult
 from gcodesim.constants import SLACK_MM
-from gcodesim.fingerprints import fingerprints
-from gcodesim.report.run import Run
-from gcodesim.verdict import CheckResult
+from gcodesim.findings.fingerprints import fingerprints
+from gcodesim.report.outcome import Run
 
 SCHEMA = "gcodesim.report/1"
 PLACES = 12

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from gcodesim.report.json_report import report_dict
-from gcodesim.report.run import Run
+from gcodesim.report.outcome import Run
 
 VARYING = ("device", "pictures", "work", "timing_s", "findings", "suppressed")
 """What depends on where and how a check ran; and the findings, which have lines of their own."""

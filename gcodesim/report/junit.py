@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections import Counter
 from xml.etree import ElementTree
 
-from gcodesim.findings import FAIL
+from gcodesim.checking.verdict import PASS, CheckResult
+from gcodesim.findings.codes import FAIL
+from gcodesim.report.outcome import Run
 from gcodesim.report.rows import repository_path, rows, title
-from gcodesim.report.run import Run
 from gcodesim.report.text import printable, report_lines
-from gcodesim.verdict import PASS, CheckResult
 
 BODY_FINDINGS = 100
 """Findings told in the body of a test case; all are in the other formats."""

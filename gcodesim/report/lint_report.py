@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Any
 
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.report.text import SEVERITY_COLORS, printable
 
 SCHEMA = "gcodesim.lint/1"

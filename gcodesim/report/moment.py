@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.checking.verdict import FirstContact
 from gcodesim.constants import PS_PER_S
-from gcodesim.verdict import FirstContact
 
 if TYPE_CHECKING:
-    from gcodesim.findings import Finding
-    from gcodesim.replay import Replay
+    from gcodesim.checking.replay import Replay
+    from gcodesim.findings.codes import Finding
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def touching(contact: FirstContact) -> Moment:
 
 def nearest(finding: Finding, replay: Replay, device: str) -> Moment:
     """The moment at which the pair of a finding about a clearance is nearest."""
-    from gcodesim.collision.distances import nearest_moment
+    from gcodesim.collision.views.distances import nearest_moment
 
     pair, time_s = finding.pair, finding.time_s
     if pair is None or time_s is None:

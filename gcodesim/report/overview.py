@@ -11,12 +11,12 @@ from rich.cells import cell_len, set_cell_size
 from rich.console import Console
 from rich.text import Text
 
-from gcodesim.findings import FAIL, INCONCLUSIVE
+from gcodesim.checking.verdict import PASS, CheckResult
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE
+from gcodesim.report.outcome import Run
 from gcodesim.report.reading import result_of_record
 from gcodesim.report.rows import rows as weightiest
-from gcodesim.report.run import Run
 from gcodesim.report.text import COLORS, printable
-from gcodesim.verdict import PASS, CheckResult
 
 ERROR = "error"
 """Stands in the column of verdicts where the command could not be carried out (exit code 2)."""

@@ -9,9 +9,9 @@ from html import escape
 from pathlib import Path, PurePath
 from urllib.parse import quote
 
+from gcodesim.checking.verdict import CONTRACT
 from gcodesim.report.overview import Row, cells, columns, headline
 from gcodesim.report.text import printable
-from gcodesim.verdict import CONTRACT
 
 _PAGE = """<!doctype html>
 <html lang="en">

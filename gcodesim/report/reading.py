@@ -7,11 +7,7 @@ from collections.abc import Iterable
 from dataclasses import fields
 from typing import Any
 
-from gcodesim.errors import UsageError
-from gcodesim.findings import Finding, Ignored
-from gcodesim.fingerprints import fingerprint, likeness
-from gcodesim.report.run import Failure, Run
-from gcodesim.verdict import (
+from gcodesim.checking.verdict import (
     CheckResult,
     ContactInterval,
     Coverage,
@@ -20,6 +16,10 @@ from gcodesim.verdict import (
     LeftOut,
     SmallestDistance,
 )
+from gcodesim.errors import UsageError
+from gcodesim.findings.codes import Finding, Ignored
+from gcodesim.findings.fingerprints import fingerprint, likeness
+from gcodesim.report.outcome import Failure, Run
 
 NESTED = {"contacts": ContactInterval, "clearances": SmallestDistance, "left_out": LeftOut}
 SINGLE = {"first_contact": FirstContact, "coverage": Coverage, "largest_step": LargestStep}

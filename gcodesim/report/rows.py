@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding
-from gcodesim.fingerprints import fingerprints
-from gcodesim.report.run import Run
-from gcodesim.verdict import PASS, CheckResult, effect_at
+from gcodesim.checking.verdict import PASS, CheckResult, effect_at
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding
+from gcodesim.findings.fingerprints import fingerprints
+from gcodesim.report.outcome import Run
 
 ROOTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Where GitHub and GitLab say that the repository lies."""

@@ -9,10 +9,10 @@ from typing import Any
 from urllib.parse import quote
 
 from gcodesim import __version__
-from gcodesim.explain import explain
-from gcodesim.findings import CODES
+from gcodesim.findings.codes import CODES
+from gcodesim.findings.explain import explain
+from gcodesim.report.outcome import Run
 from gcodesim.report.rows import Row, repository_path, rows
-from gcodesim.report.run import Run
 from gcodesim.report.text import printable
 
 SCHEMA = (

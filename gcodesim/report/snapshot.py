@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.replay import posed
+from gcodesim.checking.replay import posed
+from gcodesim.checking.verdict import FirstContact
 from gcodesim.report.moment import Moment, nearest, touching
 from gcodesim.report.raster import (
     CELL,
@@ -23,12 +24,11 @@ from gcodesim.report.raster import (
     draw_text,
     png_bytes,
 )
-from gcodesim.verdict import FirstContact
 
 if TYPE_CHECKING:
-    from gcodesim.collision.rays import Grid, Hits
+    from gcodesim.checking.verdict import CheckResult
+    from gcodesim.collision.views.rays import Grid, Hits
     from gcodesim.machine.model import Machine
-    from gcodesim.verdict import CheckResult
 
 Floats = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ class View:
 
     def rays(self) -> Grid:
         """The rays through the middles of the pixels."""
-        from gcodesim.collision.rays import Grid
+        from gcodesim.collision.views.rays import Grid
 
         right, up, towards = self.axes
         step = 2.0 * self.half / self.size
@@ -105,7 +105,7 @@ class Surfaces:
     """Bodies of one colour each, laid out as one list of triangles."""
 
     def __init__(self, bodies: list[tuple[Floats, Color]], device: str) -> None:
-        from gcodesim.collision.rays import Target
+        from gcodesim.collision.views.rays import Target
 
         self.triangles = np.concatenate([np.zeros((0, 3, 3)), *(t for t, _ in bodies)])
         rows = [np.full((len(t), 3), color, np.float32) for t, color in bodies]

@@ -8,9 +8,9 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from gcodesim.findings import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
-from gcodesim.report.run import Run
-from gcodesim.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
+from gcodesim.checking.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
+from gcodesim.report.outcome import Run
 
 COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
 SEVERITY_COLORS = {"error": "red", "warning": "yellow", "note": "cyan"}

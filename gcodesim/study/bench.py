@@ -17,16 +17,16 @@ from typing import Any
 import numpy as np
 
 from gcodesim import __version__
-from gcodesim.collision.device import resolve_device
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.collision.geometry.device import resolve_device
 from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
-from gcodesim.flow import check_program
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
-from gcodesim.motion.limits import overtravels
+from gcodesim.motion.overtravel import overtravels
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
-from gcodesim.options import Options
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import RUNS, Timing, time_runs
 from gcodesim.study.job import (
     WINDOW_PS,

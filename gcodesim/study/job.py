@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.exhaustive import Work, first_contact_exhaustive
-from gcodesim.collision.forest import Forest, build_forest
-from gcodesim.collision.near import Approach, distances_at, first_event
-from gcodesim.collision.poses import path_arrays
-from gcodesim.collision.scene import Scene, build_scene
-from gcodesim.collision.search import Outcome, Roots, Searcher, Settings
-from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
+from gcodesim.collision.baseline.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bounds.forest import Forest, build_forest
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.geometry.poses import path_arrays
+from gcodesim.collision.search.approach import Approach, distances_at, first_event
+from gcodesim.collision.search.search import Outcome, Roots, Searcher, Settings
+from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.errors import UsageError
 from gcodesim.machine.model import Machine

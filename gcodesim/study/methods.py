@@ -9,17 +9,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
-from gcodesim.collision.paper import first_contact_paper, prepare_paper
-from gcodesim.collision.search import Settings
-from gcodesim.collision.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
-from gcodesim.collision.textbook import first_naive_contact
+from gcodesim.collision.baseline.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
+from gcodesim.collision.baseline.paper import first_contact_paper, prepare_paper
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.search.search import Settings
+from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.samples import Instants, Span, window, windows
-from gcodesim.study.directed import advance
+from gcodesim.study.advancing import advance
 from gcodesim.study.job import INSTANTS, Job, search_job
+from gcodesim.study.kernels.textbook import first_naive_contact
 from gcodesim.study.scenes import Scene
 
 RESOLUTION_PS = 1

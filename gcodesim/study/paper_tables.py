@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.exhaustive import Work, instant_arrays
-from gcodesim.collision.paper import detect_pair, prepare_paper
-from gcodesim.collision.poses import path_arrays
+from gcodesim.collision.baseline.exhaustive import Work, instant_arrays
+from gcodesim.collision.baseline.paper import detect_pair, prepare_paper
+from gcodesim.collision.geometry.poses import path_arrays
 from gcodesim.machine.model import Joint
-from gcodesim.motion.limits import position_ranges
+from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.samples import Instants
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import Job

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import PS_PER_S
-from gcodesim.machine.control import bare_control
+from gcodesim.machine.control_data import bare_control
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.study.exact_motion import exact_sincosd
 from gcodesim.study.methods import Subject, search_between
 from gcodesim.study.scenes import (

@@ -14,7 +14,7 @@ from math import acos, asin, atan2, hypot, pi, sqrt
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gcodesim.collision.regions import snapped
+from gcodesim.collision.bodies.regions import snapped
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation, transform, world_from_link

@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
-from gcodesim.findings import Finding
-from gcodesim.machine.control import control_for
+from gcodesim.findings.codes import Finding
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import ARC_PIECE, Path, arc_displacement
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_spans, window
-from gcodesim.nc.arcs import centre_from_radius
-from gcodesim.nc.control import ArcTolerance
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.arcs import centre_from_radius
+from gcodesim.nc.control.supply import ArcTolerance
+from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.study.exact_motion import decimal, exact_displacement, exact_sincosd
 from gcodesim.study.stability_case import Case, power
 

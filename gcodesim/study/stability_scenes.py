@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.collision.bodies.regions import snapped
 from gcodesim.collision.detector import Task, detect
-from gcodesim.collision.regions import snapped
-from gcodesim.collision.span_search import Aims
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.model import Body, Joint, Machine, Pair, Part

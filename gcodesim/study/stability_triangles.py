@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.triangles import triangles_intersect
+from gcodesim.collision.geometry.triangles import triangles_intersect
 from gcodesim.errors import ModelError
 from gcodesim.machine.mesh import read_mesh
 from gcodesim.study.stability_case import Case

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.collision.detector import Task, detect
-from gcodesim.collision.span_search import Aims
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.constants import DEFAULT_PERIOD_PS, TCP_DEVIATION_MM
 from gcodesim.machine.kinematics import sincosd
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre

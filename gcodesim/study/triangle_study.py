@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.textbook import textbook_test
-from gcodesim.collision.triangles import triangles_intersect
+from gcodesim.collision.geometry.triangles import triangles_intersect
 from gcodesim.study.bench import environment
 from gcodesim.study.clock import time_runs
 from gcodesim.study.exact import label, squared_clearance, squared_depth
 from gcodesim.study.families import FAMILIES, generate
+from gcodesim.study.kernels.textbook import textbook_test
 
 SCHEMA = "gcodesim.study.triangles/1"
 SEED = 1

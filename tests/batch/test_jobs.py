@@ -9,9 +9,9 @@ import pytest
 
 from gcodesim.batch.jobs import Job, prepare, shard_of
 from gcodesim.batch.programs import find_programs
+from gcodesim.checking.options import Options
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of
-from gcodesim.options import Options
 
 MACHINE = """
 name: slide

@@ -22,17 +22,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from goals import SAMPLES, Goals
 
-from gcodesim.collision.bounds import levers, travelled
-from gcodesim.collision.poses import joints_between
-from gcodesim.collision.scene import Scene
-from gcodesim.collision.trees import build_tree
+from gcodesim.collision.bodies.scene import Scene
+from gcodesim.collision.bodies.trees import build_tree
+from gcodesim.collision.bounds.motion_bounds import levers, travelled
+from gcodesim.collision.geometry.poses import joints_between
 from gcodesim.constants import DEFAULT_PERIOD_PS
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import Job, longest_job, repeated, search_job
 

@@ -17,11 +17,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from goals import SAMPLES, Goals
 
 from gcodesim.constants import DEFAULT_PERIOD_PS
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import exhaustive_job, longest_job
 

@@ -20,12 +20,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from goals import ROOT, Goals
 
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
-from gcodesim.nc.control import Control, Kinematics
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import Interpretation, interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.supply import Control, Kinematics
+from gcodesim.nc.iso.interpreter import Interpretation, interpret
+from gcodesim.nc.lines import read_program
 
 ROUNDS, SEED = 3, 1
 PLAIN_GOAL, GENERAL_GOAL = 1_000_000, 100_000

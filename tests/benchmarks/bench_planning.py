@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from goals import ROOT, Goals
 
-from gcodesim.flow import check_program
-from gcodesim.machine.control import control_for
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.options import Options
+from gcodesim.nc.iso.interpreter import interpret
 
 Array = NDArray[np.float64]
 

@@ -7,13 +7,13 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-from gcodesim.findings import Finding, Ignored
+from gcodesim.checking.verdict import CheckResult, Coverage
+from gcodesim.findings.codes import Finding, Ignored
 from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.policy import Policy
 from gcodesim.report import github
 from gcodesim.report.formats import RENDER
-from gcodesim.report.run import Run
-from gcodesim.verdict import CheckResult, Coverage
+from gcodesim.report.outcome import Run
 
 COUNT = 10_000
 GOAL_S = 2.0

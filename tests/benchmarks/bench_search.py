@@ -18,15 +18,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from goals import SAMPLES, Goals
 
-from gcodesim.collision.regions import snapped
-from gcodesim.collision.trees import build_tree
+from gcodesim.collision.bodies.regions import snapped
+from gcodesim.collision.bodies.trees import build_tree
 from gcodesim.constants import DEFAULT_PERIOD_PS, PS_PER_S
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import (
     WINDOW_PS,

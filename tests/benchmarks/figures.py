@@ -16,11 +16,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gcodesim.cli.options import progress_bar
+from gcodesim.cli.arguments import progress_bar
 from gcodesim.report.study_plot import plot_accuracy
 from gcodesim.report.study_report import write_accuracy_csv, write_triangles_csv
 from gcodesim.study.accuracy import FULL, QUICK, study_accuracy
-from gcodesim.study.leave_out import leave_out_study
+from gcodesim.study.leave_out_study import leave_out_study
 from gcodesim.study.stability import stability_study
 from gcodesim.study.triangle_study import study_triangles
 

@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from collision.chord_bounds import SLACK_MM, compare, random_chords
 
-from gcodesim.collision.bounds import common_frame
+from gcodesim.collision.bounds.motion_bounds import common_frame
 
 
 def main() -> int:

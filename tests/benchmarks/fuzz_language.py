@@ -20,13 +20,13 @@ from pathlib import Path
 
 import numpy as np
 
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.control import Control, ToolEntry, WorkOffset
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import decode
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import decode
 
 ROOT = Path(__file__).resolve().parents[2]
 SEEDS = ("samples/*.nc", "tests/nc/golden/*.ngc", "tests/nc/good/*.nc", "tests/nc/bad/*.nc")

@@ -8,15 +8,15 @@ import numpy as np
 import warp as wp
 from collision.scenes import random_joints, random_path, unit
 
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.chords import Stretch, joint_motion, side_leaves_chord
-from gcodesim.collision.closest import ForestArrays
-from gcodesim.collision.device import BIT_EQUAL
-from gcodesim.collision.forest import Forest, build_forest
-from gcodesim.collision.poses import ChainArrays, PathArrays, path_arrays
-from gcodesim.collision.scene import Scene, build_scene
-from gcodesim.collision.search import LEVEL, Searcher, Settings
-from gcodesim.collision.search_kernel import MODE_AT_SAMPLES, MotionArrays
+from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bounds.chords import Stretch, joint_motion, side_leaves_chord
+from gcodesim.collision.bounds.forest import Forest, build_forest
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.geometry.closest import ForestArrays
+from gcodesim.collision.geometry.device import BIT_EQUAL
+from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, path_arrays
+from gcodesim.collision.search.search import LEVEL, Searcher, Settings
+from gcodesim.collision.search.search_kernel import MODE_AT_SAMPLES, MotionArrays
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path, path_fraction

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gcodesim.collision.detector import Detection, Task, detect
-from gcodesim.collision.span_search import Aims
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path

@@ -13,9 +13,9 @@ from collision.scenes import LAWS, random_joints
 from collision.scenes import unit as random_unit
 from motion.programs import PLANES, program
 
-from gcodesim.collision import search
 from gcodesim.collision.detector import Detection, Task, detect
-from gcodesim.collision.span_search import Aims
+from gcodesim.collision.search import search
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.machine.model import Joint, Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from collision.random_programs import Answer, Trial, answer, run
 
+from gcodesim.checking.evidence import contact_finding, first_contact
 from gcodesim.constants import DEFAULT_PERIOD_PS, TOLERANCE_MM
-from gcodesim.evidence import contact_finding, first_contact
 from gcodesim.machine.model import Part, Tool, ToolMount
 from gcodesim.motion.path import ToolChange
 from gcodesim.study.scenes import (

@@ -11,10 +11,15 @@ from collision.chord_bounds import PIECES, SLACK_MM, Chords, compare, random_cho
 from collision.random_programs import Setup, answer, random_trial, run
 from collision.scenes import displacement, random_arc, random_joints, random_path
 
-from gcodesim.collision import forest
-from gcodesim.collision.bounds import common_frame, dyadic_motion, levers, travelled
-from gcodesim.collision.poses import joints_between
-from gcodesim.collision.trees import build_tree
+from gcodesim.collision.bodies.trees import build_tree
+from gcodesim.collision.bounds import forest
+from gcodesim.collision.bounds.motion_bounds import (
+    common_frame,
+    dyadic_motion,
+    levers,
+    travelled,
+)
+from gcodesim.collision.geometry.poses import joints_between
 from gcodesim.machine.kinematics import joint_displacement
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import ARC_PIECE, Path

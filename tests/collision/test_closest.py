@@ -9,18 +9,18 @@ import pytest
 import warp as wp
 from collision.scenes import random_mesh, unit
 
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.closest import (
+from gcodesim.collision.bodies.scene import build_scene
+from gcodesim.collision.bounds.forest import build_forest
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.geometry.closest import (
     ForestArrays,
     aim_at_node,
     between_triangles,
     nearest_on_triangle,
     node_gap,
 )
-from gcodesim.collision.device import BIT_EQUAL
-from gcodesim.collision.forest import build_forest
-from gcodesim.collision.poses import Pose
-from gcodesim.collision.scene import build_scene
+from gcodesim.collision.geometry.device import BIT_EQUAL
+from gcodesim.collision.geometry.poses import Pose
 from gcodesim.machine.kinematics import rotation
 from gcodesim.study.exact import squared_clearance
 from gcodesim.study.families import FAMILIES, HARD, generate

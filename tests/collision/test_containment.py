@@ -7,8 +7,8 @@ import pytest
 import trimesh
 from collision.detecting import detected
 
-from gcodesim.collision.containment import contains, shell_vertices, winding_number
 from gcodesim.collision.detector import Detection
+from gcodesim.collision.instants.containment import contains, shell_vertices, winding_number
 from gcodesim.machine.model import Part
 from gcodesim.study.scenes import Array, Scene, box, joint, machine, path
 

@@ -10,13 +10,16 @@ import pytest
 import warp as wp
 
 import gcodesim.collision
+import gcodesim.study.kernels
 
 ARCHITECTURES = [75, 90]  # Turing, the oldest that counts, and Hopper
 
 
 def kernel_modules() -> list[str]:
     names = [
-        f"gcodesim.collision.{m.name}" for m in pkgutil.iter_modules(gcodesim.collision.__path__)
+        module.name
+        for package in (gcodesim.collision, gcodesim.study.kernels)
+        for module in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     ]
     return [
         name
@@ -29,7 +32,9 @@ def kernel_modules() -> list[str]:
 
 
 def test_there_are_kernels_to_compile() -> None:
-    assert {"gcodesim.collision.exhaustive", "gcodesim.collision.triangles"} <= {*kernel_modules()}
+    assert {"gcodesim.collision.baseline.exhaustive", "gcodesim.collision.geometry.triangles"} <= {
+        *kernel_modules()
+    }
 
 
 @pytest.mark.parametrize("name", kernel_modules())

@@ -9,19 +9,19 @@ import numpy as np
 import pytest
 from collision.chord_bounds import Chords, random_chords
 
-from gcodesim.collision.bounds import common_frame, travelled
-from gcodesim.collision.departure import departures, largest_step
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.checking.verdict import CheckResult
+from gcodesim.collision.bounds.departure import departures, largest_step
+from gcodesim.collision.bounds.motion_bounds import common_frame, travelled
 from gcodesim.collision.detector import Task, detect
-from gcodesim.collision.span_search import Aims
-from gcodesim.flow import check_program
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, Servo
 from gcodesim.motion.lag import lag_over_time
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.servo import lagged_positions, servo_deviation
-from gcodesim.options import Options
 from gcodesim.study.scenes import Array, box, joint, machine, path
-from gcodesim.verdict import CheckResult
 
 INSTANTS = 40
 PERIOD_PS = 10**8

@@ -9,15 +9,15 @@ import pytest
 from collision.scenes import random_scene
 from collision.test_tool_changes import JOINTS, spindle
 
-from gcodesim.collision import distances as module
-from gcodesim.collision.distances import (
+from gcodesim.collision.instants.nearest_triangles import GOOD_TO_MM
+from gcodesim.collision.views import distances as module
+from gcodesim.collision.views.distances import (
     FEWEST,
     FRAMES,
     Distances,
     distances,
     nearest_moment,
 )
-from gcodesim.collision.nearest import GOOD_TO_MM
 from gcodesim.motion.path import ToolChange
 from gcodesim.study.scenes import SCENES, Array, Scene, arc_grazes_face, exact_clearance, path
 

@@ -12,9 +12,9 @@ from collision.scenes import random_joints, random_mesh, random_scene
 from numpy.typing import NDArray
 
 from gcodesim.collision import detector
-from gcodesim.collision import scene as scene_module
-from gcodesim.collision.events import Contact
-from gcodesim.collision.regions import build_regions, snapped
+from gcodesim.collision.bodies import scene as scene_module
+from gcodesim.collision.bodies.regions import build_regions, snapped
+from gcodesim.collision.search.events import Contact
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path

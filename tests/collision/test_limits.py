@@ -12,20 +12,22 @@ import pytest
 from collision.random_programs import Setup, cut_up, random_trial
 from numpy.typing import NDArray
 
-from gcodesim.collision.bounds import travelled
-from gcodesim.collision.clearance import every_place
-from gcodesim.collision.departure import Departures, departures
-from gcodesim.collision.exhaustive import NO_CONTACT
-from gcodesim.collision.forest import build_forest
-from gcodesim.collision.intervals import contact_intervals
-from gcodesim.collision.limits import LEFT_OUT, Limits, Reach, first_reached
-from gcodesim.collision.near import distances_at, nearest_at
-from gcodesim.collision.poses import path_arrays
-from gcodesim.collision.scene import build_scene
-from gcodesim.collision.search import Searcher, Settings
-from gcodesim.collision.search_kernel import MODE_AT_ALL_TIMES
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.checking.verdict import CheckResult
+from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.scene import build_scene
+from gcodesim.collision.bounds.departure import Departures, departures
+from gcodesim.collision.bounds.forest import build_forest
+from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.geometry.poses import path_arrays
+from gcodesim.collision.search.approach import distances_at, nearest_at
+from gcodesim.collision.search.clearance import every_place
+from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, Reach, first_reached
+from gcodesim.collision.search.intervals import contact_intervals
+from gcodesim.collision.search.search import Searcher, Settings
+from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES
 from gcodesim.constants import PAIR_BITS
-from gcodesim.flow import check_program
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Servo
 from gcodesim.machine.spindle import bodies_in_place
@@ -34,10 +36,8 @@ from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import Path as MotionPath
 from gcodesim.motion.samples import Span
 from gcodesim.motion.servo import servo_deviation
-from gcodesim.nc.reader import read_program
-from gcodesim.options import Options
+from gcodesim.nc.lines import read_program
 from gcodesim.policy.policy import Policy
-from gcodesim.verdict import CheckResult
 
 INSTANTS = 1500
 GOOD_TO = 1e-6

@@ -7,8 +7,8 @@ import pytest
 import warp as wp
 from collision.scenes import random_joints, random_path
 
-from gcodesim.collision.device import BIT_EQUAL
-from gcodesim.collision.poses import (
+from gcodesim.collision.geometry.device import BIT_EQUAL
+from gcodesim.collision.geometry.poses import (
     ChainArrays,
     PathArrays,
     chain_arrays,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gcodesim.collision.rays import NOTHING, Grid, Target
+from gcodesim.collision.views.rays import NOTHING, Grid, Target
 from gcodesim.machine.shapes import box
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from collision.scenes import random_joints, random_mesh
 
-from gcodesim.collision.poses import joints_between
-from gcodesim.collision.reach import reachable, sweep, triangle_boxes
+from gcodesim.collision.bodies.reach import reachable, sweep, triangle_boxes
+from gcodesim.collision.geometry.poses import joints_between
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine
 from gcodesim.study.scenes import Array, joint, machine

@@ -19,10 +19,10 @@ from collision.random_programs import (
     run,
 )
 
-from gcodesim.collision import search
-from gcodesim.collision.search import Roots
+from gcodesim.checking.evidence import detection_findings
+from gcodesim.collision.search import search
+from gcodesim.collision.search.search import Roots
 from gcodesim.constants import DEFAULT_PERIOD_PS
-from gcodesim.evidence import detection_findings
 from gcodesim.machine.model import Machine
 from gcodesim.study.scenes import (
     SAMPLED,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from collision.detecting import detected
 
+from gcodesim.checking.evidence import contact_finding, first_contact
 from gcodesim.collision.detector import Detection, Task, detect
-from gcodesim.collision.span_search import Aims
-from gcodesim.evidence import contact_finding, first_contact
+from gcodesim.collision.search.span_search import Aims
 from gcodesim.machine.model import Machine, Part, Tool, ToolMount
 from gcodesim.motion.path import Path, ToolChange
 from gcodesim.study.scenes import BED_MOVER, box, joint, machine, path

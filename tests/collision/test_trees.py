@@ -9,9 +9,9 @@ import pytest
 import trimesh
 from collision.scenes import random_mesh, unit
 
-from gcodesim.collision.regions import snapped
-from gcodesim.collision.tree_kernel import LEAST_SHARE
-from gcodesim.collision.trees import Tree, build_tree
+from gcodesim.collision.bodies.regions import snapped
+from gcodesim.collision.bodies.tree_kernel import LEAST_SHARE
+from gcodesim.collision.bodies.trees import Tree, build_tree
 from gcodesim.study.scenes import Array, box
 
 DIRECTIONS = 40

@@ -11,7 +11,7 @@ from collision.counterexamples import COUNTEREXAMPLES
 
 import gcodesim
 from gcodesim import triangles_intersect
-from gcodesim.collision.regions import snapped
+from gcodesim.collision.bodies.regions import snapped
 from gcodesim.study.exact import label, squared_clearance
 from gcodesim.study.families import FAMILIES, HARD, Array, generate
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from gcodesim.checking.lint import lint
 from gcodesim.cli import main
 from gcodesim.cli.machine import KINDS
-from gcodesim.lint import lint
 from gcodesim.machine.generic import MACHINES
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.tool_centre import tool_centre

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 
 from gcodesim.cli import main
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.machine.formats.linuxcnc_ini import import_ini
 from gcodesim.machine.kinematics import tip_position, world_from_link
-from gcodesim.machine.linuxcnc_ini import import_ini
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 

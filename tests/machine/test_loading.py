@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gcodesim.errors import ModelError, UsageError
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.describe import describe
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.mesh import signed_volume

@@ -10,8 +10,8 @@ import pytest
 from motion.programs import RAPID_MM_S, axes_machine, program
 from numpy.typing import NDArray
 
-from gcodesim.motion.arcs import steepest_rises
-from gcodesim.motion.limits import position_ranges
+from gcodesim.motion.arc_moves import steepest_rises
+from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import ARC_PIECE, CONSTANT_SPEED, Path, arc_displacement
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import Kind

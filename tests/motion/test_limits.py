@@ -11,8 +11,8 @@ from collision.scenes import displacement, random_arc, random_joints, random_pat
 from motion.programs import axes_machine, program
 
 from gcodesim.constants import LINEAR_LIMIT_SLACK_MM
-from gcodesim.findings import Finding
-from gcodesim.motion.limits import overtravels, position_ranges
+from gcodesim.findings.codes import Finding
+from gcodesim.motion.overtravel import overtravels, position_ranges
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import Kind
 from gcodesim.study.scenes import JERKED, joint, path

@@ -13,13 +13,13 @@ import pytest
 from motion.linuxcnc_controller import is_installed, joint_samples
 from motion.linuxcnc_machines import LENGTH, MODULES, Array, Module
 
+from gcodesim.checking.trace import Trace
 from gcodesim.constants import TCP_DEVIATION_MM
-from gcodesim.machine.control import control_for
+from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.path import Path as MotionPath
 from gcodesim.motion.planner import plan
-from gcodesim.nc.interpreter import interpret
-from gcodesim.trace import Trace
+from gcodesim.nc.iso.interpreter import interpret
 
 MS_PS = 10**9
 CONTROLLER_MM = 1e-3

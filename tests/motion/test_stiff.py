@@ -15,12 +15,12 @@ import pytest
 from motion.programs import axes_machine, limited_machine, planned, program, straight_program
 
 from gcodesim.constants import PS_PER_S
-from gcodesim.machine.control import bare_control
-from gcodesim.motion.moves import sub_arcs
+from gcodesim.machine.control_data import bare_control
+from gcodesim.motion.joint_moves import sub_arcs
 from gcodesim.motion.path import ARC_PIECE, arc_displacement
 from gcodesim.motion.planner import plan
-from gcodesim.nc.arcs import ArcTolerance, centre_from_radius
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.arcs import ArcTolerance, centre_from_radius
+from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.program import FeedMode, Kind
 from gcodesim.study.stability_motion import circle_program, helix_error
 

@@ -13,10 +13,10 @@ from motion.programs import program
 from numpy.typing import NDArray
 
 from gcodesim.constants import TCP_DEVIATION_MM
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Body, Machine, Part, Tool
 from gcodesim.motion.great_circle import levers
-from gcodesim.motion.limits import overtravels
+from gcodesim.motion.overtravel import overtravels
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.tool_moves import followed

@@ -2,8 +2,8 @@
 
 import pytest
 
-from gcodesim.nc.control import ZERO, Control, ToolEntry, WorkOffset
-from gcodesim.nc.dialect import DIALECTS
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.supply import ZERO, Control, ToolEntry, WorkOffset
 
 TOOLS = {
     1: ToolEntry(1, (0.0, 0.0, 50.0, 0.0, 0.0, 0.0), 10.0),

@@ -1,11 +1,11 @@
 """The table of codes agrees with itself, and drives the checks."""
 
-from gcodesim.findings import CODES
-from gcodesim.nc.codes import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.meanings import MEANINGS
-from gcodesim.nc.modal import Modal
+from gcodesim.findings.codes import CODES
+from gcodesim.findings.meanings import MEANINGS
+from gcodesim.nc.control.modal import Modal
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.iso.words import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
 
 
 def test_a_dialect_has_each_code_once():

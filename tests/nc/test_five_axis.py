@@ -6,10 +6,10 @@ from nc.table_tilt import MEANINGS, RAISED, TableTilt
 
 from gcodesim.errors import OrientationError
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.control import WorkOffset
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.runs import Runs
+from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.program import Frame, Kind
-from gcodesim.nc.runs import Runs
 
 GAUGE_TO_TIP = np.array([[0.0, 0.0, 50.0]])
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from gcodesim.findings import INCONCLUSIVE, NOTED
+from gcodesim.findings.codes import INCONCLUSIVE, NOTED
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.control import WorkOffset
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 
 GOLDEN = Path(__file__).parent / "golden"
 ROWS = list(csv.DictReader((GOLDEN / "expect.tsv").read_text().splitlines(), delimiter="\t"))

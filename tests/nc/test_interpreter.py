@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from gcodesim.errors import UsageError
-from gcodesim.nc.control import WorkOffset
-from gcodesim.nc.dialect import choose_dialect
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.readings import choose_dialect
+from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import decode, read_program, split_lines
 from gcodesim.nc.program import Kind, arc_sweeps, path_lengths, starts_of_moves
-from gcodesim.nc.reader import decode, read_program, split_lines
 
 
 def moves(meaning):

@@ -7,10 +7,10 @@ import pytest
 from nc.table_tilt import MEANINGS as FIVE_AXIS
 from nc.table_tilt import RAISED
 
+from gcodesim.findings.meanings import MEANINGS
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.meanings import MEANINGS
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 
 HERE = Path(__file__).parent
 GOOD = sorted((HERE / "good").glob("*.nc"))

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gcodesim.nc.control import Control, ToolEntry, WorkOffset
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.runs import Runs
+from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 from gcodesim.nc.program import Kind
-from gcodesim.nc.reader import read_program
-from gcodesim.nc.runs import Runs
 
 PROGRAM = Path(__file__).parents[1] / "data" / "real" / "mamp_model1_bc.nc"
 

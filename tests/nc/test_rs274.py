@@ -7,9 +7,9 @@ import pytest
 from nc.rs274 import canonical_calls, random_program
 
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.control import WorkOffset
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import read_program
+from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.lines import read_program
 
 pytestmark = pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC is not installed")
 

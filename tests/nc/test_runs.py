@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nc.table_tilt import TableTilt
 
-from gcodesim.nc import runs
-from gcodesim.nc.control import Control, WorkOffset
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import interpret
-from gcodesim.nc.reader import Lines
-from gcodesim.nc.scan import scan
+from gcodesim.nc.control import runs
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.supply import Control, WorkOffset
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.iso.scan import scan
+from gcodesim.nc.lines import Lines
 
 COLUMNS = ("kind", "line", "frame", "to", "f", "feed_mode", "speed", "aux", "start", "arcs")
 OFFSETS = {

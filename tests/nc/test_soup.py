@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gcodesim.nc.canon import write_canon
-from gcodesim.nc.codes import TABLE
-from gcodesim.nc.control import Control
-from gcodesim.nc.dialect import DIALECTS
-from gcodesim.nc.interpreter import interpret
+from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.supply import Control
+from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.iso.words import TABLE
 
 CODES = st.sampled_from(sorted({row.name for row in TABLE if not row.refused}))
 NUMBERS = st.one_of(st.integers(-20, 100).map(str), st.floats(-1e3, 1e3).map("{:.3f}".format))

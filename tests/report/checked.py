@@ -6,11 +6,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from gcodesim.flow import check_program
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.checking.replay import Replay
+from gcodesim.checking.verdict import CheckResult
 from gcodesim.machine.loading import load_machine
-from gcodesim.options import Options
-from gcodesim.replay import Replay
-from gcodesim.verdict import CheckResult
 
 SAMPLES = Path(__file__).parents[2] / "samples"
 

@@ -12,9 +12,9 @@ import trimesh
 from numpy.typing import NDArray
 from report.checked import crash, tools
 
+from gcodesim.checking.replay import Replay
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.kinematics import world_from_link
-from gcodesim.replay import Replay
 from gcodesim.report.glb import model
 
 WIDTH = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from report.browser import Browser, find
 from report.checked import HOSTILE, crash, near, tools
 
-from gcodesim.collision.distances import distances
+from gcodesim.collision.views.distances import distances
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.report import html
 from gcodesim.report.html import page

@@ -10,19 +10,19 @@ import pytest
 from report.checked import SAMPLES
 from reporting import FAILED, LIMIT, NEAR, NOTE, PASSED, RUN, TOUCH
 
+from gcodesim.checking.flow import check_program
+from gcodesim.checking.options import Options
+from gcodesim.checking.verdict import CheckResult
 from gcodesim.errors import UsageError
-from gcodesim.findings import Ignored
-from gcodesim.flow import check_program
+from gcodesim.findings.codes import Ignored
 from gcodesim.machine.loading import load_machine
-from gcodesim.options import Options
 from gcodesim.policy.policy import Policy
 from gcodesim.policy.rules import parse_rule
 from gcodesim.report import github
 from gcodesim.report.formats import RENDER
 from gcodesim.report.json_report import report_dict
+from gcodesim.report.outcome import Failure, Run
 from gcodesim.report.reading import result_of, run_of
-from gcodesim.report.run import Failure, Run
-from gcodesim.verdict import CheckResult
 
 
 @cache

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from report.checked import crash, near
 
-from gcodesim.findings import Finding
+from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
 from gcodesim.report.moment import Moment, nearest, touching
 from gcodesim.report.raster import draw_text, png_bytes

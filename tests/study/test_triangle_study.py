@@ -11,9 +11,9 @@ import pytest
 from click.testing import CliRunner
 
 from gcodesim.cli import main
-from gcodesim.collision.textbook import KERNELS, textbook_test
 from gcodesim.study.exact import squared_clearance, squared_depth
 from gcodesim.study.families import FAMILIES
+from gcodesim.study.kernels.textbook import KERNELS, textbook_test
 from gcodesim.study.triangle_study import FALSE_ALARM_MM, OURS, TESTS, study_triangles
 
 FLAT = np.array([[0.0, 0.0, 0.0], [8.0, 0.0, 0.0], [0.0, 8.0, 0.0]])

@@ -1,0 +1,1 @@
+"""The check of one program, from its text to the verdict."""

@@ -1,0 +1,340 @@
+"""Evidence: turns what the stages found into a first contact, findings and coverage."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gcodesim.checking.verdict import (
+    ContactInterval,
+    Coverage,
+    FirstContact,
+    LargestStep,
+    LeftOut,
+    SmallestDistance,
+)
+from gcodesim.collision.bounds.leave_out import LeftOut as Item
+from gcodesim.collision.bounds.leave_out import still_axes
+from gcodesim.collision.detector import Detection
+from gcodesim.collision.search.clearance import Nearness
+from gcodesim.collision.search.events import Contact
+from gcodesim.collision.search.intervals import Interval
+from gcodesim.constants import CLEARANCE_SLACK_MM, PS_PER_S, SLACK_MM
+from gcodesim.findings.codes import CONTAINMENT_UNDECIDED, Finding
+from gcodesim.machine.model import Machine, Pair
+from gcodesim.machine.spindle import table_entry
+from gcodesim.motion.off_path import OffPath
+from gcodesim.motion.path import Path
+from gcodesim.motion.samples import Span, tool_spans
+from gcodesim.nc.iso.interpreter import Interpretation
+
+TOOL_ROLES = frozenset({"flute", "shank", "holder"})
+
+
+def first_contact(contact: Contact, path: Path, lines: Sequence[str]) -> FirstContact:
+    """The first contact in terms of the program: block, line and axis positions."""
+    line = _line_at(contact, path)
+    positions = path.positions(np.array([contact.time_ps]))[0]
+    point = contact.point
+    return FirstContact(
+        sample=contact.sample,
+        time_s=contact.time_ps / PS_PER_S,
+        pair=(contact.pair.a, contact.pair.b),
+        parts=contact.parts,
+        triangles=contact.triangles,
+        point_mm=None if point is None else (float(point[0]), float(point[1]), float(point[2])),
+        line=line,
+        block=_block(lines, line),
+        axes={name: float(q) for name, q in zip(path.joints, positions, strict=True)},
+        tool=_tool_at(contact, path),
+        between_samples=contact.between,
+        distance_mm=contact.distance,
+    )
+
+
+def contact_finding(contact: Contact, first: FirstContact) -> Finding:
+    """The finding that goes with the first contact."""
+    what = "touches" if contact.triangles else "is inside, or around,"
+    if contact.between and contact.distance > SLACK_MM:
+        what = f"comes within {contact.distance:.3g} mm of"
+    where = "at the start" if contact.appears and not contact.time_ps else "here"
+    if contact.appears and contact.time_ps:
+        where = "as soon as the tool is in the spindle"
+    if contact.between:
+        where = "between two samples"
+    message = f"{_part_name(contact, 0)} {what} {_part_name(contact, 1)} {where}"
+    return Finding(
+        _contact_code(contact),
+        message,
+        "contact" if contact.triangles else "containment",
+        line=first.line or None,
+        time_s=first.time_s,
+        pair=first.pair,
+        tool=first.tool,
+    )
+
+
+def detection_findings(detection: Detection, machine: Machine, path: Path) -> list[Finding]:
+    """Findings about clearances, and about what the detector could not decide."""
+    found = [_shapeless(span, machine) for span in detection.missing]
+    used = [table_entry(machine, span.tool) for span in detection.spans]
+    for number, tool in sorted({tool.number: tool for tool in used if tool}.items()):
+        if tool.unchecked:
+            message = f"tool {number} has no shape for its {', '.join(tool.unchecked)}: not checked"
+            found.append(Finding("GC421", message, "tool_part_without_shape", tool=number))
+    for pair, part in detection.undecided:
+        message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
+        text = (pair.a, pair.b)
+        found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
+    for pair, near in (entry for span in detection.findings for entry in span.too_near):
+        if not _touches_there(detection, pair, near):
+            found.append(_too_near(pair, near, path))
+    if any(span.overflows for span in detection.findings):
+        message = "the search ran out of stack: some stretches of time are not decided"
+        found.append(Finding("GC901", message, "search_undecided"))
+    return found
+
+
+def _touches_there(detection: Detection, pair: Pair, near: Nearness) -> bool:
+    """Whether a pair touches where it is too near: on its way into a contact it must be."""
+    times = [touch.time_ps for _, touch in _intervals(detection) if touch.pair == pair]
+    if detection.contact and detection.contact.pair == pair:
+        times.append(detection.contact.time_ps)
+    return any(near.time_ps <= time <= near.end_ps for time in times)
+
+
+def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
+    asked, off = near.limit - near.departure + CLEARANCE_SLACK_MM, near.departure
+    distance = _apart(near.distance, asked + off)
+    message = f"{pair.a} comes to {distance} mm of {pair.b}; "
+    code, meaning = "GC201", "clearance"
+    if near.touch:
+        code, meaning = "GC202", "path_tolerance"
+        message += f"the machine may be off its path by {off:.6g} mm: a touch is not excluded"
+    else:
+        message += f"the clearance asked for is {asked:.9g} mm"
+        message += f", and it may be off its path by {off:.6g} mm" if off > 0.0 else ""
+    return Finding(
+        code,
+        message,
+        meaning,
+        line=_line(path, near.time_ps) or None,
+        time_s=near.time_ps / PS_PER_S,
+        pair=(pair.a, pair.b),
+        severity=pair.severity,
+    )
+
+
+def _apart(distance: float, limit: float) -> str:
+    """The distance [mm] in as many digits as tell it from a larger limit."""
+    few = (text for n in range(6, 17) if (text := f"{distance:.{n}g}") != f"{limit:.{n}g}")
+    return next(few, f"{distance:.6g}")
+
+
+def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:
+    """A finding for the first contact, and with --stop all one for every other contact."""
+    first = detection.contact
+    if first is None:
+        return []
+    touches = _intervals(detection)
+    others = [c for i, c in touches if not _begins_with(i, c, first)]
+    # A body that is inside another while their surfaces touch is one contact.
+    alone = [c for c in detection.contained if not any(_covers(i, t, c) for i, t in touches)]
+    others += [c for c in alone if c is not first]
+    return [contact_finding(c, first_contact(c, path, ())) for c in (first, *others)]
+
+
+def _begins_with(interval: Interval, contact: Contact, first: Contact) -> bool:
+    """Whether an interval is the one whose begin is the first contact."""
+    touch = first.triangles is not None or first.between
+    return touch and contact.pair == first.pair and interval.start_ps <= first.time_ps
+
+
+def _covers(interval: Interval, touch: Contact, inside: Contact) -> bool:
+    return touch.pair == inside.pair and interval.start_ps <= inside.time_ps <= interval.end_ps
+
+
+def contacts(detection: Detection) -> tuple[ContactInterval, ...]:
+    """All contact intervals, in the order of time."""
+    return tuple(
+        ContactInterval(
+            (contact.pair.a, contact.pair.b),
+            interval.start_ps / PS_PER_S,
+            interval.end_ps / PS_PER_S,
+            interval.deepest,
+            interval.deepest_ps / PS_PER_S,
+            interval.between,
+        )
+        for interval, contact in _intervals(detection)
+    )
+
+
+def _intervals(detection: Detection) -> list[tuple[Interval, Contact]]:
+    return [entry for span in detection.findings for entry in span.intervals]
+
+
+def clearances(detection: Detection, path: Path) -> tuple[SmallestDistance, ...]:
+    """The smallest distance of every pair, over all spans."""
+    smallest: dict[Pair, Nearness] = {}
+    for pair, near in (entry for span in detection.findings for entry in span.minimums):
+        if pair not in smallest or near.distance < smallest[pair].distance:
+            smallest[pair] = near
+    return tuple(
+        SmallestDistance(
+            (pair.a, pair.b),
+            near.distance,
+            near.time_ps / PS_PER_S,
+            _line(path, near.time_ps),
+        )
+        for pair, near in smallest.items()
+    )
+
+
+def largest_step(detection: Detection, path: Path) -> LargestStep | None:
+    """The largest step from sample to sample, over all spans; None when nothing moves."""
+    if not detection.steps:
+        return None
+    pair, step = max(detection.steps, key=lambda entry: entry[1].distance)
+    return LargestStep(step.distance, (pair.a, pair.b), int(path.line[step.piece]))
+
+
+def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
+    """Pairs, axes and bodies that were not looked at."""
+    smallest: dict[str, Item] = {}
+    for item in (item for span in detection.findings for item in span.left_out):
+        known = smallest.setdefault(item.what, item)
+        smallest[item.what] = min(known, item, key=lambda i: i.margin_mm)
+    items, names = list(smallest.values()), set(smallest)
+    items += still_axes(detection.travels)
+    needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
+    for name in sorted(set(machine.bodies) - needed):
+        items.append(Item(f"body {name}", "no pair that is left needs it"))
+    return tuple(LeftOut(**vars(item)) for item in items)
+
+
+def coverage(
+    detection: Detection,
+    machine: Machine,
+    meaning: Interpretation,
+    between: bool,
+    searches: bool,
+    off_path: tuple[str, ...],
+) -> Coverage:
+    """What was checked and what was not."""
+    pairs = [pair for pair in machine.pairs if pair in detection.checked]
+    return Coverage(
+        pairs=tuple((pair.a, pair.b) for pair in pairs),
+        between_samples=between,
+        unsupported=meaning.unsupported,
+        ignored=meaning.ignored,
+        uncertified=tuple(
+            f"clearance {pair.clearance:g} mm of {pair.name}: this method only tells contact"
+            for pair in pairs
+            if pair.clearance > 0.0 and not searches
+        ),
+        unchecked_by_rule=(
+            *machine.unchecked_by_rule,
+            *(f"{a}-{b}: allowed, {reason}" for a, b, reason in machine.allowed),
+        ),
+        off_path=off_path,
+    )
+
+
+def off_path_lines(
+    off: OffPath, path: Path, machine: Machine, between: bool, searches: bool
+) -> tuple[str, ...]:
+    """How far the machine may be from the path that was checked, one line for each cause.
+
+    Args:
+        off: bounds of rounded corners and of the lag of the drives.
+        path: with the deviation of moves under tool centre point control.
+        machine: whose joints lag.
+        between: the time between samples is proved too.
+        searches: the method proves distances, not only tells contact.
+    """
+    lines = [off.corners] if off.corners else []
+    late = "; ".join(_lags(off, machine))
+    if late:
+        lines.append(f"clearances widened by the lag of the drives at each time ({late})")
+    if lines and not searches:
+        lines.append("this method widens nothing: it tells contact on the path itself")
+    if path.deviation_mm:
+        proved = "the tolerance between samples is widened by it" if between else "not covered"
+        good = f"{path.deviation_mm:.3g} mm"
+        lines.append(f"moves under tool centre point control followed to {good}: {proved}")
+    return tuple(lines)
+
+
+def _lags(off: OffPath, machine: Machine) -> Iterator[str]:
+    """What is said about every joint that lags: the most, and what half of the time is enough."""
+    usual = off.late.usual().tolist() if off.late else []
+    enough = dict(zip(off.late.columns.tolist(), usual, strict=True)) if off.late else {}
+    for column, (joint, most) in enumerate(zip(machine.joints, off.lag, strict=True)):
+        unit, half = (
+            "deg" if joint.rotary else "mm",
+            f"{max(enough.get(column, most), SLACK_MM):.3g}",
+        )
+        if most > 0.0:
+            more = f", half of the time {half} {unit}" if half != f"{most:.3g}" else ""
+            yield f"{joint.name} at most {most:.3g} {unit}{more}"
+
+
+def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:
+    """The finding with the file and the text of its block filled in."""
+    block = _block(meaning.lines, finding.line or 0)
+    if finding.line is None:
+        return replace(finding, file=file, block=block)
+    # Lines of subprograms in files of their own are counted behind the main program.
+    name, line = meaning.place(finding.line)
+    return replace(finding, file=name, line=line, block=block)
+
+
+def _tool_at(contact: Contact, path: Path) -> int | None:
+    """Tool in the spindle: the new one where its appearing is the contact."""
+    if contact.appears:
+        return contact.span.tool
+    return next(span.tool for span in tool_spans(path) if contact.time_ps <= span.end_ps)
+
+
+def _line_at(contact: Contact, path: Path) -> int:
+    """Line of the block in force; the tool change, or 0, where a body appears."""
+    return contact.span.line if contact.appears else _line(path, contact.time_ps)
+
+
+def _line(path: Path, time_ps: int) -> int:
+    return int(path.line[path.piece_at(np.array([time_ps]))[0]])
+
+
+def _block(lines: Sequence[str], line: int) -> str:
+    return lines[line - 1].strip() if 0 < line <= len(lines) else ""
+
+
+def _part_name(contact: Contact, side: int) -> str:
+    body, part = (contact.pair.a, contact.pair.b)[side], contact.parts[side]
+    return part if part == body else f"{part} of {body}"
+
+
+def _contact_code(contact: Contact) -> str:
+    if contact.between:
+        return "GC107"
+    if contact.appears:
+        return "GC106"
+    roles = set(contact.roles)
+    if roles & {"stock", "part"}:
+        return "GC103"
+    if "fixture" in roles:
+        return "GC104" if roles & TOOL_ROLES else "GC101"
+    return "GC102" if roles & TOOL_ROLES else "GC101"
+
+
+def _shapeless(span: Span, machine: Machine) -> Finding:
+    name = "no tool" if span.tool is None else f"tool {span.tool}"
+    body = machine.tool.name if machine.tool else "tool"
+    known = table_entry(machine, span.tool)
+    cause = "is in the tools file without a shape" if known else "has no shape"
+    if span.tool is None:
+        cause = "is mounted at the start"
+    message = f"{name} {cause}: pairs of {body} are not checked from here on"
+    return Finding("GC421", message, "tool_without_shape", line=span.line or None, tool=span.tool)

@@ -1,0 +1,160 @@
+"""The whole check, in order: interpret, plan, detect, decide."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from gcodesim.checking.options import Options
+from gcodesim.checking.replay import Replay
+from gcodesim.checking.verdict import CheckResult
+from gcodesim.constants import PS_PER_S, TOLERANCE_MM
+from gcodesim.findings.codes import Finding
+from gcodesim.machine.control_data import control_for
+from gcodesim.machine.model import Machine
+from gcodesim.motion.off_path import OffPath, off_path
+from gcodesim.motion.overtravel import overtravels
+from gcodesim.motion.path import Path
+from gcodesim.motion.planner import plan
+from gcodesim.motion.samples import sample_count, tool_times
+from gcodesim.nc.iso.interpreter import interpret
+
+if TYPE_CHECKING:
+    from gcodesim.collision.detector import Task
+
+
+COMPILING_S = 2.0
+"""Kernels that are still not loaded after this time [s] are being compiled: from the cache of an
+earlier run they come in a twentieth of a second."""
+
+
+@dataclass
+class Stopwatch:
+    """Seconds spent in each stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def time(self, stage: str) -> Iterator[None]:
+        """Add the time of the enclosed block to a stage."""
+        start = time.perf_counter()
+        yield
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+def check_program(
+    text: str,
+    name: str,
+    machine: Machine,
+    options: Options,
+    progress: Callable[[float], None] = lambda fraction: None,
+    notice: Callable[[str], None] = lambda line: None,
+) -> CheckResult:
+    """Check one program on one machine.
+
+    Args:
+        text: the NC program.
+        name: its file name, for findings.
+        machine: machine with setup and tools.
+        options: see Options.
+        progress: called with the fraction of the lines read, then of the program time proved.
+        notice: called, from another thread, with a line that says why nothing else happens yet.
+
+    Raises:
+        UsageError: the dialect or the device is not known.
+    """
+    watch = Stopwatch()
+    with watch.time("interpret"):
+        control = control_for(machine, *options.language)
+        meaning = interpret(text, control, name, progress)
+    with watch.time("plan"):
+        path, findings = plan(meaning.program, machine)
+        findings += overtravels(path, machine.joints)
+        off = off_path(meaning.program, path, machine)
+    with watch.time("compile"):
+        task = _task(path, machine, options, off, progress, notice)
+        # Imported late, as in _task.
+        from gcodesim.checking import evidence
+        from gcodesim.checking.audit import audit
+        from gcodesim.collision.detector import detect
+    with watch.time("search"):
+        detection = detect(task)
+    if options.audit:
+        with watch.time("audit"):
+            findings += audit(task, detection)
+
+    findings += evidence.all_contact_findings(detection, path)
+    findings += evidence.detection_findings(detection, machine, path)
+    if not len(path):
+        findings.append(Finding("GC430", "the program moves no axis", "no_motion"))
+    lines, contact, between = meaning.lines, detection.contact, task.aims.between
+    searches = options.method == "search"
+    said = evidence.off_path_lines(off, path, machine, between, searches)
+    return CheckResult(
+        program=name,
+        machine=machine.name,
+        verified_model=machine.verified,
+        device=task.device,
+        method=options.method,
+        dialect=control.dialect.name,
+        sample_period_s=options.period_ps / PS_PER_S,
+        samples=sample_count(path, options.period_ps) if len(path) else 0,
+        duration_s=path.duration_s,
+        tool_times=tool_times(path),
+        tolerance_mm=TOLERANCE_MM + path.deviation_mm,
+        blocks=meaning.blocks,
+        first_contact=evidence.first_contact(contact, path, lines) if contact else None,
+        findings=(
+            *meaning.findings,
+            *machine.findings,
+            *(evidence.placed(finding, name, meaning) for finding in findings),
+        ),
+        coverage=evidence.coverage(detection, machine, meaning, between, searches, said),
+        largest_step=evidence.largest_step(detection, path),
+        contacts=evidence.contacts(detection),
+        clearances=evidence.clearances(detection, path),
+        left_out=evidence.left_out(detection, machine) if searches else (),
+        work=detection.work.as_report,
+        timing_s=watch.seconds,
+        replay=Replay(machine, path, lines, meaning.files, options.clearance),
+    )
+
+
+def _task(
+    path: Path,
+    machine: Machine,
+    options: Options,
+    off: OffPath,
+    progress: Callable[[float], None],
+    notice: Callable[[str], None],
+) -> Task:
+    """What the detector is to do, with its kernels loaded.
+
+    Warp takes a while to start, and a wrong option must not wait for it: it is imported here.
+    """
+    from gcodesim.collision.detector import Task, load_kernels
+    from gcodesim.collision.geometry.device import resolve_device
+    from gcodesim.collision.search.span_search import Aims
+
+    device = resolve_device(options.device)
+    slow = threading.Timer(COMPILING_S, notice, ["compiling kernels, once: about 20 s"])
+    slow.daemon = True
+    slow.start()
+    try:
+        load_kernels(options.method, device)
+    finally:
+        slow.cancel()
+    aims = Aims(
+        between=options.between and options.method == "search",
+        clearance=options.clearance,
+        minimum=options.minimum,
+        nearest=options.nearest and options.method == "search",
+        stop_all=options.stop_all,
+        off_path=off,
+        threads=options.threads,
+    )
+    return Task(path, machine, options.period_ps, device, options.method, aims, progress)

@@ -1,0 +1,1 @@
+"""The bodies of a scene on the device: regions, trees and reach."""

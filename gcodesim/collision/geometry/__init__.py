@@ -1,0 +1,1 @@
+"""What is true of triangles and boxes at one instant."""

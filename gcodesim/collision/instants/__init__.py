@@ -1,0 +1,1 @@
+"""What a pair of bodies does at a single instant."""

@@ -1,0 +1,1 @@
+"""The search over program time: first contact, clearances and contact intervals."""

@@ -1,0 +1,255 @@
+"""Clearances: where a pair comes nearer than it may, and how near each pair ever comes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bounds.departure import Departures
+from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, first_reached, roots_reached
+from gcodesim.collision.search.intervals import Interval
+from gcodesim.collision.search.search import Outcome, Roots, Searcher
+from gcodesim.collision.search.search_kernel import MODE_MINIMUM
+from gcodesim.constants import PAIR_BITS
+from gcodesim.motion.path import Path
+from gcodesim.motion.samples import sample_of
+
+SEEDS = 64
+"""Instants whose distances bound the minimum from above before the search for it begins."""
+
+KNOWN_PART = 1.0e-3
+"""The smallest distance over time is known to this part of it, and its time is when the pair first
+comes within this part of it: where a pair stays at one distance for long, finer costs a hundred
+times as much."""
+
+FOUND_AGAIN_MM = 1.0e-6
+"""What is added to the distance for its time, so that rounding does not lose it [mm]."""
+
+
+@dataclass(frozen=True)
+class Nearness:
+    """A pair at its nearest, or where it first comes nearer than it may.
+
+    Attributes:
+        pair: index in the scene.
+        distance: smallest distance [mm] of the whole stretch searched; where the departure depends
+            on time, of the rest of the block.
+        time_ps: when the pair first comes to `limit`.
+        limit: distance asked for then, or the smallest distance itself [mm].
+        departure: how much of the limit stands for a machine that leaves the path [mm].
+        touch: the departure alone is as large as the distance.
+        end_ps: end of the stretch searched.
+    """
+
+    pair: int
+    distance: float
+    time_ps: int
+    limit: float
+    departure: float = 0.0
+    touch: bool = False
+    end_ps: int = 0
+
+
+def every_place(
+    searcher: Searcher,
+    clearances: tuple[float, ...],
+    departures: Departures,
+    pieces: tuple[int, int],
+    contacts: Sequence[Interval],
+) -> list[Nearness]:
+    """Every place where a pair comes nearer than its clearance, in the order of time.
+
+    A place is a run of pieces that come too near, and do so where one ends and the next begins. On
+    its way into a contact and out of it a pair is too near anyway: that is no place. The rest of
+    the piece in which a contact ends is not looked at.
+
+    Args:
+        searcher: with the scene and path.
+        clearances: per pair [mm]; LEFT_OUT = not to be looked at.
+        departures: how far the pairs may be off the path.
+        pieces: first piece, and end of the pieces.
+        contacts: all contacts on these pieces.
+    """
+    found: list[Nearness] = []
+    for pair, clearance in enumerate(clearances):
+        if clearance < 0.0 or clearance + departures.largest[pair] <= 0.0:
+            continue
+        only = tuple(c if p == pair else LEFT_OUT for p, c in enumerate(clearances))
+        own = [contact for contact in contacts if contact.pair == pair]
+        for stretch in _free_stretches(searcher, pieces, own):
+            for place in _places(searcher, Limits(only, departures), pair, stretch):
+                found += too_near(searcher, only, departures, *place, stretch.best)
+    return sorted(found, key=lambda near: (near.time_ps, near.pair))
+
+
+class Stretch(NamedTuple):
+    """Pieces first..end up to the key `best`; `after` a contact, or from where they may start."""
+
+    first: int
+    end: int
+    best: int
+    after: bool
+
+
+def _free_stretches(
+    searcher: Searcher, pieces: tuple[int, int], contacts: Sequence[Interval]
+) -> Iterator[Stretch]:
+    """Yield the stretches between the contacts of one pair."""
+    path, (first, end), after = searcher.path, pieces, False
+    for contact in contacts:
+        # Up to the last sample before the contact: nothing can be proved about what touches.
+        sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
+        last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
+        if first < end and contact.start_ps > path.bounds_ps[first]:
+            yield Stretch(first, min(last + 1, end), (sample << PAIR_BITS) + contact.pair, after)
+        first, after = back + 1, True
+    if first < end:
+        yield Stretch(first, end, NO_CONTACT, after)
+
+
+def _places(
+    searcher: Searcher, limits: Limits, pair: int, stretch: Stretch
+) -> Iterator[tuple[int, int]]:
+    """Yield the places of a pair in a stretch, without the one on its way out of a contact."""
+    bounds, best = searcher.path.bounds_ps, stretch.best
+    reached = first_reached(searcher, limits, stretch.first, stretch.end, best).get(pair)
+    if reached is None:
+        return
+    near = [np.zeros(0, np.int32)]
+    for start, stop in searcher.chunks(stretch.first, stretch.end):
+        pieces = np.arange(start, stop, dtype=np.int32)
+        level, none = np.zeros_like(pieces), np.zeros(len(pieces), np.int64)
+        roots = Roots(pieces, level, none, none, limits.over(pair, *bounds[[pieces, pieces + 1]]))
+        near.append(pieces[roots_reached(searcher, roots, pair, best)])
+    hit = np.concatenate(near)
+    follows = np.flatnonzero(np.diff(hit) == 1)
+    joined = np.zeros(max(len(hit) - 1, 0), bool)
+    if len(follows):
+        ends = bounds[hit[follows] + 1]
+        level, allowed = np.full(len(ends), -1, np.int32), limits.over(pair, ends - 1, ends)
+        roots = Roots(hit[follows], level, ends - 1, ends, allowed)
+        joined[follows] = roots_reached(searcher, roots, pair, best)
+    leaving = stretch.after and reached.time_ps <= bounds[stretch.first]
+    for number, run in enumerate(np.split(hit, np.flatnonzero(~joined) + 1) if len(hit) else ()):
+        if number or not leaving:
+            yield int(run[0]), int(run[-1]) + 1
+
+
+def too_near(
+    searcher: Searcher,
+    clearances: tuple[float, ...],
+    departures: Departures,
+    first: int,
+    end: int,
+    best: int,
+) -> list[Nearness]:
+    """Pairs that come nearer than their clearance within the pieces first..end.
+
+    A machine that may be off its path by some distance must keep that much more.
+
+    Args:
+        searcher: with the scene and path.
+        clearances: per pair [mm]; LEFT_OUT = not to be looked at.
+        departures: how far the pairs may be off the path.
+        first: first piece.
+        end: end of the pieces.
+        best: key of the first contact; what lies behind it does not count.
+    """
+    off = departures.largest.tolist()
+    looked_at = [c >= 0.0 and c + d > 0.0 for c, d in zip(clearances, off, strict=True)]
+    wanted = tuple(c if look else LEFT_OUT for c, look in zip(clearances, looked_at, strict=True))
+    if not any(looked_at):
+        return []
+    reached = first_reached(searcher, Limits(wanted, departures), first, end, best)
+    steady = [pair for pair in reached if not departures.varies(pair)]
+    distances = smallest_distances(searcher, steady, first, end, best)
+    # That a touch is not excluded weighs more than a clearance that is lost earlier.
+    late = [pair for pair in reached if pair not in steady and wanted[pair] > 0.0]
+    alone = Limits(tuple(0.0 if p in late else LEFT_OUT for p in range(len(wanted))), departures)
+    touching = first_reached(searcher, alone, first, end, best) if late else {}
+    found = []
+    for pair, reach in (reached | touching).items():
+        touch = pair in touching or wanted[pair] == 0.0
+        if pair in steady:
+            distance = distances[pair]
+            touch = touch or distance <= off[pair]
+        else:
+            block = _rest_of_block(searcher.path, reach.time_ps, end)
+            distance = smallest_distances(searcher, [pair], *block, best)[pair]
+        # The smallest distance is known to a part of it only, but the limit is reached for sure.
+        distance = min(distance, reach.limit)
+        place = reach.time_ps, reach.limit, reach.departure, touch
+        found.append(Nearness(pair, distance, *place, int(searcher.path.bounds_ps[end])))
+    return found
+
+
+def _rest_of_block(path: Path, time_ps: int, end: int) -> tuple[int, int]:
+    """Pieces from a time on, before `end`, that belong to the block in force."""
+    piece = int(path.piece_at(np.array([time_ps]))[0])
+    others = np.flatnonzero(path.line[piece:end] != path.line[piece])
+    return piece, piece + int(others[0]) if len(others) else end
+
+
+def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[Nearness]:
+    """The smallest distance of every pair within the pieces first..end, and when."""
+    pairs = list(range(len(searcher.scene.pairs)))
+    distances = smallest_distances(searcher, pairs, first, end, best)
+    limits = tuple(distances[pair] * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM for pair in pairs)
+    reached = first_reached(searcher, Limits(limits), first, end, best)
+    times = [reached[pair].time_ps if pair in reached else 0 for pair in pairs]
+    return [Nearness(pair, distances[pair], times[pair], distances[pair]) for pair in pairs]
+
+
+def nearest_pair(searcher: Searcher, first: int, end: int, best: int) -> Nearness:
+    """The pair that comes nearest within the pieces first..end, its distance, and when."""
+    count = len(searcher.scene.pairs)
+    settings = replace(
+        searcher.settings, mode=MODE_MINIMUM, free_mm=(0.0,) * count, part=KNOWN_PART, together=True
+    )
+    distances = _smallest(replace(searcher, settings=settings), first, end, best)[:count]
+    pair = int(np.argmin(distances))
+    distance = float(distances[pair])
+    limit = distance * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM
+    limits = Limits(tuple(limit if p == pair else LEFT_OUT for p in range(count)))
+    reached = first_reached(searcher, limits, first, end, best)
+    return Nearness(pair, distance, reached[pair].time_ps if pair in reached else 0, distance)
+
+
+def smallest_distances(
+    searcher: Searcher, pairs: list[int], first: int, end: int, best: int
+) -> dict[int, float]:
+    """Smallest distance [mm] of some pairs over the pieces first..end, from above.
+
+    It is known to 5e-7 mm or a thousandth of it, whichever is more.
+    """
+    free = tuple(0.0 if p in pairs else LEFT_OUT for p in range(len(searcher.scene.pairs)))
+    if not pairs:
+        return {}
+    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free, part=KNOWN_PART)
+    distances = _smallest(replace(searcher, settings=settings), first, end, best)
+    return {pair: float(distances[pair]) for pair in pairs}
+
+
+def _smallest(finder: Searcher, first: int, end: int, best: int) -> NDArray[np.float64]:
+    """Smallest distance of every slot over the pieces first..end [mm]."""
+    path, slots = finder.path, len(finder.scene.pairs) + finder.settings.together
+    outcome = Outcome.nothing(slots, best)
+    low, high = float(path.bounds_ps[first]), float(path.bounds_ps[end])
+    times = np.unique(np.linspace(low, high, SEEDS).astype(np.int64))[1:-1]
+    pieces = path.piece_at(times)
+    for start, stop in finder.chunks(first, end):
+        inside = (pieces >= start) & (pieces < stop)
+        if inside.any():
+            seeds = Roots(
+                pieces[inside], np.full(inside.sum(), -1, np.int32), times[inside], times[inside]
+            )
+            motion = finder.motion(start, stop)
+            outcome.merge(finder.launch(seeds, motion, best, outcome.distance))
+    for start, stop in finder.chunks(first, end):
+        outcome = finder.search_pieces(start, stop, outcome)
+    return outcome.distance

@@ -1,0 +1,1 @@
+"""Foreign machine descriptions, turned into machine files."""

@@ -1,0 +1,1 @@
+"""Meaning: what a control can be told, whatever the language, and what it then does."""

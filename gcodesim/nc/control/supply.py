@@ -1,0 +1,149 @@
+"""What the control knows before a program starts: offsets, tools, reference points, dialect."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from gcodesim.nc.control.readings import Dialect
+from gcodesim.nc.program import Floats
+
+Vector = tuple[float, float, float, float, float, float]
+"""X Y Z [mm], A B C [deg]."""
+
+ZERO: Vector = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class WorkOffsetLike(Protocol):
+    """A work offset: X Y Z A B C [mm, deg] and the XY rotation [deg]."""
+
+    @property
+    def value(self) -> Vector:
+        """Offset of the work frame in the machine frame."""
+
+    @property
+    def rotation(self) -> float:
+        """Rotation of X and Y about Z [deg]."""
+
+
+class Kinematics(Protocol):
+    """Where a machine with rotary joints holds the tip of its tool (kinematics.md sections 2 to 5).
+
+    All arrays batch: axes (n, 6) X Y Z [mm] A B C [deg], rotary (n, 3) A B C [deg], tips and
+    offsets of tools (n, 3) [mm]. Tips are counted as in Frame.WORK. Every method may raise
+    OrientationError.
+    """
+
+    def tips(self, axes: Floats, offset: Floats) -> Floats:
+        """Tips of the tool (n, 3) at axis positions."""
+
+    def axes_at(self, tips: Floats, rotary: Floats, offset: Floats) -> Floats:
+        """Axis positions (n, 6) that hold the tips, with the rotary axes as given."""
+
+    def directions(self, rotary: Floats) -> Floats:
+        """Tool axes (n, 3), from the tip towards the spindle, as seen from the part."""
+
+    def rotary_at(self, direction: Floats, previous: Floats, prefer: int = 0) -> Floats:
+        """Rotary positions (3,) for a direction of the tool; prefer: sign of the tilting joint."""
+
+    def carried(self, points: Floats, rotary: Floats) -> Floats:
+        """Where the work link has carried points (n, 3) that stood so at rotary zero."""
+
+
+@dataclass(frozen=True)
+class WorkOffset:
+    """A work offset of one's own, for callers without a machine."""
+
+    value: Vector = ZERO
+    rotation: float = 0.0
+
+
+@dataclass(frozen=True)
+class ToolEntry:
+    """A row of the control's tool table: offset [mm, deg] and diameter [mm]."""
+
+    number: int
+    offset: Vector
+    diameter: float
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class ArcTolerance:
+    """When an arc closes well enough (nc-language section 6, as LinuxCNC).
+
+    Attributes:
+        tol_mm: radii may differ by this much whatever the radius [mm]; 2.54 times it under G20.
+        tol_rel: above tol_mm, radii may differ by this part of the radius.
+        tol_max_mm: radii never differ by more [mm]; 2.54 times it under G20.
+        r_tol_mm: half the chord may exceed R by this much [mm]; also the smallest radius.
+    """
+
+    tol_mm: float = 0.02828
+    tol_rel: float = 0.001
+    tol_max_mm: float = 2.828
+    r_tol_mm: float = 0.00127
+
+
+def _machine_zero() -> dict[str, dict[str, float]]:
+    return {code: dict.fromkeys("XYZABC", 0.0) for code in ("G28", "G30")}
+
+
+@dataclass(frozen=True)
+class Control:
+    """Everything a program may refer to without defining it.
+
+    Attributes:
+        axes: letters the machine has, out of XYZABC.
+        start: axis letter -> machine position at program start [mm, deg]; left out = 0.
+        tools: tool table; None = no table was supplied.
+        tool_for_all: the mounted tool stands for every T number.
+        mounted_length: length of the mounted tool [mm], the offset of G43 without a table.
+        offsets: 1 = G54 .. 9 = G59.3, 101.. = G54.1 P1..; G54 is zero when left out.
+        reference: "G28" and "G30" -> axis letter -> machine position [mm, deg].
+        wrap: rotary axis letter -> none | shortest | sign, see wrap.unwound; left out = none.
+        travel: rotary axis letter -> lower and upper machine limit [deg], for wrap.
+        feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
+        m_codes, g_codes: code -> none | clamp | stop: accepted without an effect on the path.
+        ignore_words: letters that are dropped and counted.
+        block_delete: blocks that begin with / are left out.
+        inch: the control starts in G20.
+        peck_backoff: G73 and G83 stop this far above the last depth [mm].
+        bore_shift: G76 and G87 with Q shift the tool this way in G17: +X | -X | +Y | -Y; X stands
+            for the first axis of another plane, Y for the second.
+        kinematics: None = no machine is known, or it has no rotary joints.
+        tcp_frame: program axes under tool centre point control ride on the table as it stands at
+            rotary zero (table), or stand as the machine's at the moment it is switched on (work).
+        tcp_rotary_feed: feed of blocks under tool centre point control that turn rotary axes only
+            [deg/min]; None = F.
+        orientation: the tool turns between two vectors of G43.5 with the rotary axes running
+            linearly (joints) or along the great circle (great_circle).
+        max_blocks: interpretation ends after this many blocks; None = after MAX_BLOCKS, or after
+            MAX_REPEATED_BLOCKS more than all texts have lines.
+    """
+
+    dialect: Dialect
+    axes: str = "XYZABC"
+    start: Mapping[str, float] = field(default_factory=dict)
+    tools: Mapping[int, ToolEntry] | None = None
+    tool_for_all: bool = False
+    mounted_length: float = 0.0
+    offsets: Mapping[int, WorkOffsetLike] = field(default_factory=dict)
+    reference: Mapping[str, Mapping[str, float]] = field(default_factory=_machine_zero)
+    wrap: Mapping[str, str] = field(default_factory=dict)
+    travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    feed: float | None = None
+    m_codes: Mapping[float, str] = field(default_factory=dict)
+    g_codes: Mapping[float, str] = field(default_factory=dict)
+    ignore_words: frozenset[str] = frozenset()
+    arc: ArcTolerance = ArcTolerance()
+    block_delete: bool = False
+    inch: bool = False
+    peck_backoff: float = 0.254
+    bore_shift: str = "+X"
+    kinematics: Kinematics | None = None
+    tcp_frame: str = "table"
+    tcp_rotary_feed: float | None = None
+    orientation: str = "joints"
+    max_blocks: int | None = None

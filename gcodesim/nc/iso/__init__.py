@@ -1,0 +1,1 @@
+"""ISO programs as Fanuc, Haas and LinuxCNC read them: characters to what the control is told."""

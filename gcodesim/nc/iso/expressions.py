@@ -1,0 +1,198 @@
+r"""Expressions of macros: parsed once from text, then evaluated as often as the block runs.
+
+value    = number | parameter | "[" expression "]" | function | ("+" | "-") value
+parameter = "#" ( number | "<" name ">" | parameter | "[" expression "]" )
+function = NAME "[" expression "]", ATAN [y] "/" [x], EXISTS "[" "#<" name ">" "]"
+
+Operators, strongest first: ** · * / MOD (AND for Fanuc) · + - (OR XOR for Fanuc) · comparisons ·
+AND OR XOR. A sign belongs to its number, so [-2**2] is 4. Angles are in degrees.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from gcodesim.nc.iso.functions import FUNCTIONS, OPERATORS, atan2_degrees, equals
+from gcodesim.nc.iso.parameters import ExpressionError, Parameters
+
+Evaluate = Callable[[Parameters], float | None]
+"""Returns None for a vacant parameter."""
+
+Join = Callable[[float | None, float | None], float]
+
+NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
+NAME = re.compile(r"<([^<>]*)>")
+FUNCTION = re.compile(r"(" + "|".join(FUNCTIONS) + r")(?=\[)")
+MAX_DEPTH = 50
+"""Brackets, signs and # may nest this deep; a control allows five."""
+
+LEVELS = {
+    "fanuc": (
+        ("*", "/", "MOD", "AND"),
+        ("+", "-", "OR", "XOR"),
+        ("EQ", "NE", "GT", "GE", "LT", "LE"),
+    ),
+    "linuxcnc": (
+        ("**",),
+        ("*", "/", "MOD"),
+        ("+", "-"),
+        ("EQ", "NE", "GT", "GE", "LT", "LE"),
+        ("AND", "OR", "XOR"),
+    ),
+}
+"""Macro language -> operators by strength, strongest first."""
+
+PATTERNS = {
+    language: [re.compile("|".join(map(re.escape, names))) for names in levels]
+    for language, levels in LEVELS.items()
+}
+
+
+class Parser:
+    """Reads values from a text without blanks, in capitals.
+
+    Attributes:
+        text, at: the text and how far it is read.
+    """
+
+    def __init__(self, text: str, at: int, language: str) -> None:
+        self.text, self.at, self.language = text, at, language
+        self._depth = 0
+
+    def error(self, meaning: str, what: str) -> ExpressionError:
+        """Return the error that reading stops with, here."""
+        return ExpressionError(meaning, what, self.at)
+
+    def value(self) -> Evaluate:
+        """Read one value: what may follow a letter, or stand in an expression."""
+        self._depth += 1
+        if self._depth > MAX_DEPTH:
+            raise self.error("expression_unclosed", f"more than {MAX_DEPTH} levels")
+        try:
+            return self._value()
+        finally:
+            self._depth -= 1
+
+    def _value(self) -> Evaluate:
+        text = self.text
+        sign = text[self.at : self.at + 1]
+        if match := NUMBER.match(text, self.at):
+            self.at = match.end()
+            number = float(match[0])
+            return lambda p: number
+        if sign in ("+", "-"):
+            self.at += 1
+            inner = self.value()
+            return inner if sign == "+" else lambda p: -(inner(p) or 0.0)
+        if sign == "#":
+            return self.parameter()
+        if sign == "[":
+            return self.bracket()
+        if match := FUNCTION.match(text, self.at):
+            return self._function(match)
+        raise self.error("number_expected", "no number, parameter or [")
+
+    def parameter(self) -> Evaluate:
+        """Read # and what names the parameter."""
+        place = self.at
+        self.at += 1
+        if match := NAME.match(self.text, self.at):
+            self.at = match.end()
+            name = match[1]
+            return lambda p: p.named(name, place)
+        if match := NUMBER.match(self.text, self.at):
+            self.at = match.end()
+            known = float(match[0])
+            return lambda p: p.get(known, place)
+        number = self.value()
+        return lambda p: p.get(number(p) or 0.0, place)
+
+    def bracket(self) -> Evaluate:
+        """Read [ expression ]."""
+        place = self.at
+        if self.text[place : place + 1] != "[":
+            raise self.error("expression_unclosed", "no [")
+        self.at += 1
+        inner = self.operation()
+        if self.text[self.at : self.at + 1] != "]":
+            raise ExpressionError("expression_unclosed", "[ without ]", place)
+        self.at += 1
+        return inner
+
+    def operation(self) -> Evaluate:
+        """Read an expression without brackets around it."""
+        return self._operation(len(LEVELS[self.language]) - 1)
+
+    def _operation(self, level: int) -> Evaluate:
+        """Read operands joined by operators of this strength or stronger ones."""
+        if level < 0:
+            return self.value()
+        first = self._operation(level - 1)
+        others: list[tuple[Join, Evaluate]] = []
+        while match := PATTERNS[self.language][level].match(self.text, self.at):
+            self.at = match.end()
+            join = _join(match[0], match.start(), self.language)
+            others.append((join, self._operation(level - 1)))
+        if not others:
+            return first
+        if len(others) == 1:
+            only, second = others[0]
+            return lambda p: only(first(p), second(p))
+
+        def evaluate(p: Parameters) -> float | None:
+            value = first(p)
+            for join, other in others:
+                value = join(value, other(p))
+            return value
+
+        return evaluate
+
+    def _function(self, match: re.Match[str]) -> Evaluate:
+        name, place = match[1], self.at
+        self.at = match.end()
+        if name == "EXISTS":
+            exists = re.compile(r"\[#<([^<>]*)>\]").match(self.text, self.at)
+            if not exists:
+                raise self.error("number_expected", "EXISTS takes [#<name>]")
+            self.at = exists.end()
+            known = exists[1]
+            return lambda p: float(p.has_name(known))
+        inner = self.bracket()
+        if name == "ATAN" and self.text.startswith("/[", self.at):
+            self.at += 1
+            return _atan(inner, self.bracket(), self.language)
+        function = FUNCTIONS[name]
+
+        def evaluate(p: Parameters) -> float:
+            try:
+                return function(inner(p) or 0.0, self.language)
+            except (ValueError, OverflowError):
+                what = f"{name}[{inner(p) or 0.0:g}]"
+                raise ExpressionError("function_domain", what, place) from None
+
+        return evaluate
+
+
+def _atan(y: Evaluate, x: Evaluate, language: str) -> Evaluate:
+    return lambda p: atan2_degrees(y(p) or 0.0, x(p) or 0.0, language)
+
+
+def _join(operator: str, place: int, language: str) -> Join:
+    """Return the operation; a vacant operand counts as 0, and equals only another vacant one."""
+    if operator in ("EQ", "NE"):
+        wanted, vacant = operator == "EQ", language == "fanuc"
+        return lambda a, b: float(equals(a, b, vacant) == wanted)
+    function = OPERATORS[operator]
+
+    def join(left: float | None, right: float | None) -> float:
+        a, b = left or 0.0, right or 0.0
+        try:
+            return function(a, b, language)
+        except ZeroDivisionError:
+            raise ExpressionError("division_by_zero", f"{a:g} {operator} 0", place) from None
+        except (ValueError, OverflowError):
+            what = f"{a:g} {operator} {b:g}"
+            raise ExpressionError("function_domain", what, place) from None
+
+    return join

@@ -1,0 +1,212 @@
+"""Blocks of macro text: their values, their assignments, and where they make the program go on."""
+
+from __future__ import annotations
+
+import re
+
+from gcodesim.nc.control.program_flow import Flow, FlowError
+from gcodesim.nc.control.state import LIMIT, State
+from gcodesim.nc.iso.block import Block, Token
+from gcodesim.nc.iso.expressions import Evaluate
+from gcodesim.nc.iso.parameters import ALARM, ExpressionError, Parameters
+from gcodesim.nc.iso.statements import Statement, assign, parse
+from gcodesim.nc.iso.structure import compact
+from gcodesim.nc.program import Kind
+
+ALONE = frozenset({"CALL", "RETURN", "ELSEIF", "ELSE"})
+"""O-words that open and close nothing."""
+
+IN_MESSAGE = re.compile(r"#(?:[0-9]+|<[^<>]*>)")
+
+
+class Macros:
+    """Evaluates macro text against the parameters, and moves the flow.
+
+    Attributes:
+        state, parameters, flow: what it works on.
+    """
+
+    def __init__(self, state: State, parameters: Parameters, flow: Flow) -> None:
+        self.state, self.parameters, self.flow = state, parameters, flow
+        self._block = Block("", 0, "")
+        self._branches: dict[int, Statement] = {}
+        parameters.undefined = self._undefined
+
+    def read(self, block: Block) -> Statement:
+        """Work out the words of a block, then carry out its assignments.
+
+        Raises:
+            ProgramError: the text cannot be read, or a value does not exist.
+        """
+        self._block = block
+        try:
+            statement = block.statement
+            if statement is None:
+                statement = block.statement = parse(block.compact, self.parameters.language)
+            tokens: list[Token] = []
+            places: list[int] = []
+            for letter, number, evaluate, place in statement.words:
+                worth = self._worth(block, letter, evaluate, place) if evaluate else number
+                if worth is not None:
+                    tokens.append((letter, worth, ""))
+                    places.append(place)
+            block.tokens, block.places = tokens, places
+            if statement.assignments and (statement.control != "THEN" or self._holds(statement)):
+                assign(statement, self.parameters)
+        except ExpressionError as error:
+            raise block.error_at(error.place, error.meaning, str(error)) from None
+        if self.state.stop_request is not None:
+            self._stop_request(block, *self.state.stop_request)
+        return statement
+
+    def _worth(self, block: Block, letter: str, evaluate: Evaluate, place: int) -> float | None:
+        """Return the value of a word; None where a vacant parameter drops it."""
+        number = evaluate(self.parameters)
+        if number is None:
+            what = f"{letter} without a value is left out"
+            self.state.report(block.finding("parameter_undefined", what), letter)
+        elif not -LIMIT <= number <= LIMIT:
+            raise ExpressionError("number_too_large", f"{letter}{number:g}", place)
+        return number
+
+    def _undefined(self, number: int) -> None:
+        what = f"#{number} is used as 0"
+        self.state.report(self._block.finding("parameter_undefined", what), f"{number}")
+
+    def _stop_request(self, block: Block, number: int, value: float) -> None:
+        """#3000 raises an alarm, #3006 stops the program."""
+        self.state.stop_request = None
+        if number == ALARM:
+            text = block.text[block.text.find("(") :] if "(" in block.text else f"{value:g}"
+            raise block.error("macro_alarm", f"alarm {text.strip()}")
+        self.state.emit(Kind.STOP, block)
+
+    def message(self, text: str) -> str:
+        """Return the text of a message with the values of its parameters."""
+
+        def value(match: re.Match[str]) -> str:
+            name = match[0][1:].upper()
+            try:
+                if name.startswith("<"):
+                    return f"{self.parameters.named(name[1:-1], 0) or 0.0:g}"
+                return f"{self.parameters.get(float(name), 0) or 0.0:g}"
+            except ExpressionError:
+                return match[0]
+
+        return IN_MESSAGE.sub(value, text) if "#" in text else text
+
+    def go_on(self, block: Block, statement: Statement) -> None:
+        """Carry out GOTO, WHILE, DO, END or an O-word.
+
+        Raises:
+            ProgramError: it leads nowhere, or a value does not exist.
+        """
+        if not statement.control or statement.control == "THEN":
+            return
+        try:
+            if statement.control.startswith("O-"):
+                self._o_word(statement)
+            elif statement.control == "GOTO":
+                if self._holds(statement):
+                    number = statement.to(self.parameters) if statement.to else None
+                    self.flow.go_to_number(self._whole(number))
+            else:
+                self._loop(statement)
+        except ExpressionError as error:
+            raise block.error_at(error.place, error.meaning, str(error)) from None
+        except FlowError as error:
+            raise block.error(error.meaning, str(error)) from None
+
+    def _loop(self, statement: Statement) -> None:
+        flow, line = self.flow, self.flow.index - 1
+        partner = flow.source.structure.partner.get(line)
+        if partner is None:
+            raise FlowError("block_structure", f"{statement.control} {statement.label} alone")
+        if statement.control == "END":
+            flow.index = partner
+        elif not self._holds(statement):
+            flow.index = partner + 1
+
+    def _o_word(self, statement: Statement) -> None:
+        flow, line = self.flow, self.flow.index - 1
+        structure, word = flow.source.structure, statement.control[2:]
+        partner = structure.partner.get(line, -1)
+        if partner < 0 and line not in structure.loop_of and word not in ALONE:
+            raise FlowError("block_structure", f"O{statement.label} {word} alone")
+        if word in ("CALL", "SUB", "ENDSUB", "RETURN"):
+            self._sub(statement, word, partner)
+        elif word in ("IF", "ELSEIF", "ELSE"):
+            # ELSEIF and ELSE are met from above, behind the branch that ran.
+            at = self._branch(line) if word == "IF" else self._end_of_if(line)
+            flow.index = at + 1
+        elif word == "WHILE" and partner > line:
+            flow.index = line + 1 if self._holds(statement) else partner + 1
+        elif word == "WHILE":
+            flow.index = partner + 1 if self._holds(statement) else line + 1
+        elif word == "ENDWHILE":
+            flow.index = partner
+        elif word == "REPEAT":
+            times = self._whole(round(self._value(statement.condition), 6) + 0.0)
+            flow.index = line + 1 if flow.count_down(line, times) else partner + 1
+        elif word == "ENDREPEAT":
+            flow.index = partner + 1 if flow.count_down(partner) else line + 1
+        elif word in ("BREAK", "CONTINUE"):
+            opening = structure.loop_of[line]
+            closing = structure.partner[opening]
+            again = opening if self._opens_by_test(opening) else closing
+            flow.index = closing + 1 if word == "BREAK" else again
+
+    def _opens_by_test(self, opening: int) -> bool:
+        """Tell whether a loop begins with WHILE."""
+        lines, closing = self.flow.source.lines, self.flow.source.structure.partner[opening]
+        return "WHILE" in lines[opening].upper().replace(" ", "") and closing > opening
+
+    def _sub(self, statement: Statement, word: str, partner: int) -> None:
+        flow = self.flow
+        if word == "CALL":
+            values = [value(self.parameters) for value in statement.arguments]
+            flow.call_sub(statement.label, values)
+        elif word == "SUB":
+            flow.index = partner + 1
+        elif flow.is_main:
+            raise FlowError("block_structure", f"{word} outside a call")
+        else:
+            value = [value(self.parameters) for value in statement.arguments[:1]]
+            flow.leave()
+            if value:
+                self.parameters.set_named("_VALUE", value[0])
+
+    def _branch(self, line: int) -> int:
+        """Return the line of the branch whose condition holds, or of ENDIF."""
+        branches = self.flow.source.structure.next_branch
+        at: int | None = line
+        while at is not None:
+            statement = self._statement_of(at)
+            if statement.control in ("O-ELSE", "O-ENDIF") or self._holds(statement):
+                return at
+            at = branches.get(at)
+        raise FlowError("block_structure", "IF without ENDIF")
+
+    def _statement_of(self, line: int) -> Statement:
+        row = self.flow.source.first + line
+        if row not in self._branches:
+            text = compact(self.flow.source.lines[line]).lstrip("/")
+            self._branches[row] = parse(text, self.parameters.language)
+        return self._branches[row]
+
+    def _end_of_if(self, line: int) -> int:
+        branches = self.flow.source.structure.next_branch
+        while line in branches:
+            line = branches[line]
+        return line
+
+    def _holds(self, statement: Statement) -> bool:
+        return statement.condition is None or bool(self._value(statement.condition))
+
+    def _value(self, value: Evaluate | None) -> float:
+        return (value(self.parameters) if value else None) or 0.0
+
+    def _whole(self, number: float | None) -> int:
+        if number is None or not 0 <= number <= LIMIT or not number.is_integer():
+            raise FlowError("integer_expected", f"{number}")
+        return int(number)

@@ -1,0 +1,219 @@
+"""Parameters of macros: local, global and named ones, and the system's own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from gcodesim.nc.control.state import INCH, LIMIT, State
+from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.program import AXES
+
+LOCALS = {"fanuc": 33, "linuxcnc": 30}
+"""Macro language -> #1 to here are local to a call."""
+
+LAST = {"fanuc": 9999, "haas": 10999, "linuxcnc": 5602}
+"""Dialect -> highest parameter."""
+
+REFERENCES = {5161: "G28", 5181: "G30"}
+FIRST_OFFSET = 5221
+READ_ONLY = {
+    "fanuc": (range(4001, 4131), range(5001, 5047)),
+    "linuxcnc": (range(5400, 5429),),
+}
+ALARM, OPERATOR_STOP = 3000, 3006
+IGNORED = (3003, 3004)
+"""Fanuc: suppression of single block and feed hold, which move nothing."""
+
+
+class ExpressionError(Exception):
+    """An expression that cannot be read or has no value.
+
+    Attributes:
+        meaning: key of MEANINGS.
+        place: index in the text without blanks.
+    """
+
+    def __init__(self, meaning: str, what: str, place: int) -> None:
+        self.meaning, self.place = meaning, place
+        super().__init__(what)
+
+
+@dataclass(slots=True)
+class Level:
+    """What belongs to one call: numbered and named local parameters."""
+
+    numbers: dict[float, float | None] = field(default_factory=dict)
+    names: dict[str, float | None] = field(default_factory=dict)
+
+
+class Parameters:
+    """All parameters a program can reach.
+
+    Attributes:
+        state: where system parameters are read from.
+        level: of the call that is running.
+        undefined: told of the number of a parameter that is read before it was given a value.
+    """
+
+    def __init__(self, state: State) -> None:
+        self.state, self.level = state, Level()
+        self.dialect = state.control.dialect.name
+        self.language = state.control.dialect.macros
+        self._globals = Level()
+        self.undefined: Callable[[int], None] = lambda number: None
+
+    def get(self, value: float, place: int) -> float | None:
+        """Return a numbered parameter; None when it is vacant.
+
+        Raises:
+            ExpressionError: there is none with this number, or nobody knows its value.
+        """
+        # What was given a value is found by it: 1.0 and 1 are the same key.
+        for known in (self.level.numbers, self._globals.numbers):
+            if value in known:
+                return known[value]
+        number = self._number(value, place)
+        if self._holder(number) is None:
+            return self._system(number, place)
+        if self.language == "fanuc":
+            return None
+        self.undefined(number)
+        return 0.0
+
+    def set(self, value: float, new: float | None, place: int) -> None:
+        """Give a numbered parameter a value.
+
+        Raises:
+            ExpressionError: it cannot be written.
+        """
+        for known in (self.level.numbers, self._globals.numbers):
+            if value in known:
+                known[value] = new
+                return
+        number = self._number(value, place)
+        if not number or any(number in span for span in READ_ONLY[self.language]):
+            raise ExpressionError("parameter_readonly", f"#{number}", place)
+        holder = self._holder(number)
+        if holder is None:
+            self._set_system(number, new or 0.0, place)
+        else:
+            holder[number] = new
+
+    def _holder(self, number: int) -> dict[float, float | None] | None:
+        """Return where a parameter is kept; None for those of the system."""
+        if number <= LOCALS[self.language]:
+            return self.level.numbers
+        if number < 1000 or number > 9999 or (self.language == "linuxcnc" and number < 5000):
+            return self._globals.numbers
+        return None
+
+    def named(self, name: str, place: int) -> float | None:
+        """Return a named parameter.
+
+        Raises:
+            ExpressionError: it has no value.
+        """
+        level = self._globals if name.startswith("_") else self.level
+        if name in level.names:
+            return level.names[name]
+        if name in POSITION_NAMES:
+            i = POSITION_NAMES.index(name)
+            return self.state.point[i] / (self.state.scale if i < 3 else 1.0)
+        raise ExpressionError("name_undefined", f"#<{name}>", place)
+
+    def set_named(self, name: str, value: float | None) -> None:
+        """Give a named parameter a value; names with a leading _ are global."""
+        level = self._globals if name.startswith("_") else self.level
+        level.names[name] = value
+
+    def has_name(self, name: str) -> bool:
+        """EXISTS[#<name>]."""
+        level = self._globals if name.startswith("_") else self.level
+        return name in level.names
+
+    def _number(self, value: float, place: int) -> int:
+        lowest = 0 if self.language == "fanuc" else 1
+        if not lowest <= value <= LAST[self.dialect] or not value.is_integer():
+            what = f"#{value:g}: there are #{lowest} to #{LAST[self.dialect]}"
+            raise ExpressionError("parameter_out_of_range", what, place)
+        return int(value)
+
+    def _system(self, number: int, place: int) -> float | None:
+        state = self.state
+        fanuc = self.language == "fanuc"
+        if fanuc and number in MODAL:
+            return MODAL[number](state)
+        if fanuc and (i := number % 20 - 1) in range(6):
+            if number // 20 == 251:
+                return self._length(state.axes[i], i)
+            if number // 20 in (250, 252):
+                return self._length(state.point[i], i)
+        if not fanuc:
+            for first, code in REFERENCES.items():
+                if number - first in range(6):
+                    return state.reference[code].get(AXES[number - first], 0.0)
+            if number == 5400:
+                return float(state.modal.tool or 0)
+            if number - 5401 in range(6):
+                return self._tool_in_spindle(number - 5401)
+            if number - 5420 in range(6):
+                return self._length(state.point[number - 5420], number - 5420)
+            if number == 5220:
+                return float(state.work_offset)
+        index, i = divmod(number - FIRST_OFFSET, 20)
+        if index in range(6 if fanuc else 9) and i in range(6):
+            value = state.offsets.get(index + 1, WorkOffset()).value[i]
+            return self._length(value, i) if fanuc else self._own_unit(value, i)
+        raise ExpressionError("parameter_unknown", f"#{number}", place)
+
+    def _tool_in_spindle(self, i: int) -> float:
+        """Return the tool table's offset for the tool in the spindle, whatever G43 has set."""
+        state, control = self.state, self.state.control
+        entry = (state.tools or {}).get(state.modal.tool or 0)
+        if entry is None:
+            mounted = control.mounted_length if control.tool_for_all and i == 2 else 0.0
+            return mounted if state.tools is None and state.modal.tool else 0.0
+        return self._own_unit(entry.offset[i], i)
+
+    def _own_unit(self, value: float, i: int) -> float:
+        """Return a value of the control's tables: G20 and G21 do not change its unit."""
+        return value / (INCH if self.state.control.inch and i < 3 else 1.0)
+
+    def _length(self, value: float, i: int) -> float:
+        return value / self.state.scale if i < 3 else value
+
+    def _set_system(self, number: int, value: float, place: int) -> None:
+        state = self.state
+        if self.language == "fanuc":
+            if number in IGNORED:
+                return
+            if number in (ALARM, OPERATOR_STOP):
+                state.stop_request = (number, value)
+                return
+        else:
+            for first, code in REFERENCES.items():
+                if number - first in range(6) and abs(value) <= LIMIT:
+                    state.reference[code][AXES[number - first]] = value
+                    return
+        raise ExpressionError("parameter_unknown", f"writing #{number}", place)
+
+
+POSITION_NAMES = ("_X", "_Y", "_Z", "_A", "_B", "_C")
+
+MODAL: dict[int, Callable[[State], float]] = {
+    4001: lambda s: s.modal.motion / 10,
+    4002: lambda s: s.modal.plane / 10,
+    4003: lambda s: s.modal.distance / 10,
+    4005: lambda s: s.modal.feed_mode / 10,
+    4006: lambda s: s.modal.unit / 10,
+    4007: lambda s: s.modal.compensation / 10,
+    4008: lambda s: s.modal.length / 10,
+    4009: lambda s: (s.modal.cycle or 800) / 10,
+    4010: lambda s: s.modal.cycle_return / 10,
+    4014: lambda s: s.modal.work_offset / 10,
+    4109: lambda s: s.modal.feed or 0.0,
+    4119: lambda s: s.modal.speed,
+    4120: lambda s: float(s.modal.selected or 0),
+}
+"""Fanuc: number -> modal information."""

@@ -1,0 +1,1 @@
+"""Device code that only the studies use."""

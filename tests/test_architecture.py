@@ -1,0 +1,337 @@
+"""The walls of the house: what may import what, how long things may be, and how they are named."""
+
+from __future__ import annotations
+
+import ast
+import sys
+import tomllib
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import gcodesim
+from gcodesim.findings.codes import CODES, FAIL, INCONCLUSIVE, NOTED
+from gcodesim.findings.meanings import MEANINGS
+
+ROOT = Path(__file__).parents[1]
+FILES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("gcodesim/**/*.py"))
+
+THIRD_PARTY = {
+    "click": ["gcodesim/cli/*"],
+    "rich": ["gcodesim/cli/*", "gcodesim/report/*"],
+    "trimesh": ["gcodesim/machine/mesh.py"],
+    "yaml": ["gcodesim/machine/yaml_lines.py"],
+    "pydantic": ["gcodesim/machine/*"],
+    "pydantic_core": ["gcodesim/machine/*"],
+    "warp": ["gcodesim/collision/*", "gcodesim/study/kernels/*"],
+    "matplotlib": ["gcodesim/report/study_plot.py"],
+    "distributed": ["gcodesim/batch/cluster.py"],
+    "numpy": ["gcodesim/*"],
+}
+"""Package -> the only files that may import it. What is not listed is imported nowhere."""
+
+TYPES = {
+    *("constants", "errors", "findings.codes", "findings.fingerprints", "findings.meanings"),
+    *("checking.options", "checking.verdict", "nc.program", "machine.model"),
+}
+OUTWARD = TYPES - {"nc.program", "machine.model"}
+"""What those see who look at the outcome alone."""
+
+LAYERS = {
+    "findings.explain": TYPES,
+    "nc": TYPES - {"machine.model"},
+    "machine": TYPES | {"nc"},
+    "motion": TYPES | {"machine"},
+    "collision": TYPES | {"machine", "motion"},
+    "checking.replay": TYPES | {"machine", "motion"},
+    "checking.trace": TYPES | {"machine", "motion"},
+    "checking.evidence": TYPES | {"nc", "machine", "motion", "collision"},
+    "checking.audit": TYPES | {"collision"},
+    "checking.lint": TYPES | {"machine", "motion", "collision"},
+    "checking.flow": TYPES | {"nc", "machine", "motion", "collision", "checking"},
+    "report": OUTWARD
+    | {"findings.explain", "__init__", "checking.replay"}
+    | {"collision.views.rays", "collision.views.distances"},
+    "policy": OUTWARD,
+    "api": TYPES | {"nc", "machine", "checking.flow", "policy"},
+    "batch": TYPES
+    | {"nc", "machine", "collision", "checking.flow", "policy", "report", "__init__"},
+    "starter": {"errors", "machine", "__init__"},
+    "study": TYPES | {"nc", "machine", "motion", "collision", "checking", "__init__"},
+    "cli": TYPES
+    | {"nc", "machine", "motion", "report", "policy", "study", "batch", "starter", "checking"}
+    | {"findings.explain", "__init__"},
+    "__main__": {"cli"},
+    "__init__": set(),
+}
+"""Layer -> what it may import besides itself; the types import only types."""
+
+ROOMS = {
+    "collision": ["geometry", "bodies", "bounds", "instants", ("baseline", "search"), "views"],
+}
+"""Folder -> its rooms in the order of their floors; imports lead downward only."""
+
+# What is left of the first version; every list only ever becomes shorter.
+UPWARD_ROOMS: dict[str, list[str]] = {
+    "collision": [
+        "gcodesim/collision/instants/posed_pair.py -> baseline.exhaustive",
+        "gcodesim/collision/search/approach.py -> baseline.exhaustive",
+        "gcodesim/collision/search/clearance.py -> baseline.exhaustive",
+        "gcodesim/collision/search/first_reach.py -> baseline.exhaustive",
+        "gcodesim/collision/search/intervals.py -> baseline.exhaustive",
+        "gcodesim/collision/search/search.py -> baseline.exhaustive",
+        "gcodesim/collision/search/span_search.py -> baseline.exhaustive",
+        "gcodesim/collision/views/distances.py -> detector",
+    ]
+}
+IN_CIRCLES: list[str] = [
+    "gcodesim/nc/control/corners.py",
+    "gcodesim/nc/control/program_flow.py",
+    "gcodesim/nc/control/state.py",
+    "gcodesim/nc/iso/block.py",
+    "gcodesim/nc/iso/calls.py",
+    "gcodesim/nc/iso/cycles.py",
+    "gcodesim/nc/iso/expressions.py",
+    "gcodesim/nc/iso/five_axis.py",
+    "gcodesim/nc/iso/modes.py",
+    "gcodesim/nc/iso/motion.py",
+    "gcodesim/nc/iso/offsets.py",
+    "gcodesim/nc/iso/parameters.py",
+    "gcodesim/nc/iso/statements.py",
+    "gcodesim/nc/iso/tables.py",
+    "gcodesim/nc/iso/words.py",
+]
+CLASSES_TWICE: list[str] = [
+    "Box",
+    "Cut",
+    "Frame",
+    "Group",
+    "Job",
+    "Kinematics",
+    "LeftOut",
+    "Link",
+    "Motion",
+    "Nearest",
+    "Placement",
+    "Plan",
+    "Row",
+    "Run",
+    "Scene",
+    "Settings",
+    "Shape",
+    "Step",
+    "Stretch",
+    "Task",
+    "ToolEntry",
+    "View",
+    "Work",
+    "WorkOffset",
+]
+MODULES_TWICE: list[str] = []
+LONG_FUNCTIONS: list[str] = [
+    "gcodesim/checking/flow.py: check_program",
+    "gcodesim/collision/search/search_kernel.py: search_roots",
+]
+
+
+@cache
+def tree(file: str) -> ast.Module:
+    return ast.parse((ROOT / file).read_text(encoding="utf-8"))
+
+
+def functions(file: str) -> Iterator[ast.FunctionDef]:
+    return (node for node in ast.walk(tree(file)) if isinstance(node, ast.FunctionDef))
+
+
+def decorators(function: ast.FunctionDef) -> str:
+    return " ".join(ast.unparse(decorator) for decorator in function.decorator_list)
+
+
+def is_kernel_file(file: str) -> bool:
+    return any("wp.kernel" in decorators(f) or "wp.func" in decorators(f) for f in functions(file))
+
+
+def imports(file: str, *, late: bool, types: bool = False) -> Iterator[str]:
+    """Names of the imported modules; `late`: in functions too, `types`: for types alone too."""
+    pending: list[ast.AST] = list(tree(file).body)
+    while pending:
+        node = pending.pop()
+        if not types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            continue
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            below = [f"{node.module}.{alias.name}" for alias in node.names]
+            modules = [name for name in below if module_file(name)]
+            yield from modules or [node.module]
+        elif late or not isinstance(node, ast.FunctionDef):
+            pending += ast.iter_child_nodes(node)
+
+
+def module_file(module: str) -> str | None:
+    """File of a module of ours, None for all others."""
+    path = module.replace(".", "/")
+    return next((f for f in (f"{path}.py", f"{path}/__init__.py") if f in FILES), None)
+
+
+def layer_names(file: str) -> list[str]:
+    """Names by which LAYERS and TYPES may call a file, the longest first: nc.program, nc."""
+    parts = file.removeprefix("gcodesim/").removesuffix(".py").removesuffix("/__init__").split("/")
+    return [".".join(parts[:n]) for n in range(len(parts), 0, -1)]
+
+
+def graph() -> dict[str, set[str]]:
+    """File -> the files it imports at the top, for types alone too."""
+    return {
+        file: {t for m in imports(file, late=False, types=True) if (t := module_file(m))} - {file}
+        for file in FILES
+    }
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_third_party_packages_stay_behind_their_walls(file: str) -> None:
+    packages = {name.partition(".")[0] for name in imports(file, late=True)}
+    for package in packages - set(sys.stdlib_module_names) - {"gcodesim"}:
+        allowed = THIRD_PARTY.get(package, [])
+        assert any(fnmatch(file, pattern) for pattern in allowed), f"{package} in {file}"
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_nothing_is_imported_upward(file: str) -> None:
+    names = layer_names(file)
+    if file.endswith("__init__.py") and not [*imports(file, late=True)]:
+        return
+    own = next((name for name in names if name in TYPES or name in LAYERS), "")
+    assert own, f"{file} belongs to no layer"
+    allowed = TYPES if own in TYPES else {own, *LAYERS[own]}
+    for module in imports(file, late=True):
+        if target := module_file(module):
+            assert {*layer_names(target)} & allowed, f"{file} imports {target}"
+
+
+@pytest.mark.parametrize("folder", ROOMS)
+def test_rooms_import_only_what_stands_below_them(folder: str) -> None:
+    floors = {
+        room: floor
+        for floor, rooms in enumerate(ROOMS[folder])
+        for room in ([rooms] if isinstance(rooms, str) else rooms)
+    }
+    found = set()
+    for file in FILES:
+        parts = file.split("/")
+        if parts[1] != folder or len(parts) < 4:
+            continue
+        for module in imports(file, late=True):
+            target = module.split(".")[2:]
+            inside = module.startswith(f"gcodesim.{folder}.") and target[0] != parts[2]
+            if inside and floors.get(target[0], 99) >= floors[parts[2]]:
+                found.add(f"{file} -> {'.'.join(target)}")
+    assert sorted(found) == UPWARD_ROOMS.get(folder, [])
+
+
+def test_no_import_circles() -> None:
+    needed = graph()
+    # What imports nothing that is left, and what nothing that is left imports, is in no circle.
+    while True:
+        inner = {file for file in needed if needed[file] & needed.keys()}
+        inner &= {target for file in needed for target in needed[file]}
+        if inner == needed.keys():
+            break
+        needed = {file: needed[file] for file in inner}
+    assert sorted(needed) == IN_CIRCLES
+
+
+def test_no_class_name_and_no_module_name_stands_twice() -> None:
+    classes: dict[str, list[str]] = {}
+    modules: dict[str, list[str]] = {}
+    for file in FILES:
+        stem = file.removesuffix(".py").rpartition("/")[2]
+        if not stem.startswith("__"):
+            modules.setdefault(stem, []).append(file)
+        for node in tree(file).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                classes.setdefault(node.name, []).append(file)
+    assert sorted(name for name, files in classes.items() if len(files) > 1) == CLASSES_TWICE
+    assert sorted(name for name, files in modules.items() if len(files) > 1) == MODULES_TWICE
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_every_file_begins_with_its_sentence_and_stays_short(file: str) -> None:
+    sentence = (ast.get_docstring(tree(file)) or "").partition("\n")[0]
+    assert sentence[:1].isupper(), file
+    assert sentence.endswith((".", ":", "?")), file
+    text = (ROOT / file).read_text(encoding="utf-8")
+    assert text.startswith(('"""', 'r"""')), file
+    assert text.count("\n") <= 500, file
+    for mark in ("TODO", "FIXME", "XXX", "HACK"):
+        assert mark not in text, file
+
+
+def test_functions_stay_short() -> None:
+    long = [
+        f"{file}: {function.name}"
+        for file in FILES
+        for function in functions(file)
+        if (function.end_lineno or 0) - function.lineno >= 60
+    ]
+    assert long == LONG_FUNCTIONS
+
+
+def test_kernels_take_few_arguments_and_their_outputs_last() -> None:
+    kernels = {
+        f"{file}: {function.name}": [argument.arg for argument in function.args.args]
+        for file in FILES
+        for function in functions(file)
+        if "wp.kernel" in decorators(function)
+    }
+    assert kernels
+    for name, arguments in kernels.items():
+        assert len(arguments) <= 8, name
+        outputs = [argument.endswith("_out") for argument in arguments]
+        assert outputs[-1], name
+        assert outputs == sorted(outputs), name
+
+
+def test_types_of_kernel_files_only_are_left_unchecked() -> None:
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["mypy"]
+    (exempt,) = (o["module"] for o in settings["overrides"] if o.get("ignore_errors"))
+    kernel_files = [file for file in FILES if is_kernel_file(file)]
+    assert exempt == [file.removesuffix(".py").replace("/", ".") for file in kernel_files]
+
+
+def test_public_names() -> None:
+    stable = ("Finding", "Options", "Report", "UsageError", "check", "triangles_intersect")
+    assert gcodesim.__all__ == sorted([*stable, "__version__"])
+    for name in gcodesim.__all__:
+        assert getattr(gcodesim, name)
+
+
+def test_the_table_of_codes_is_whole() -> None:
+    titles = [code.title for code in CODES.values()]
+    assert len(titles) == len(set(titles))
+    for code in CODES.values():
+        assert code.severity in ("error", "warning", "note")
+        assert code.effect in (FAIL, INCONCLUSIVE, NOTED)
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_every_code_used_is_in_the_table(file: str) -> None:
+    for node in ast.walk(tree(file)):
+        text = node.value if isinstance(node, ast.Constant) else None
+        if isinstance(text, str) and len(text) == 5 and text.startswith("GC"):
+            assert text in CODES, f"{file}:{node.lineno}"
+
+
+@pytest.mark.parametrize("file", ["gcodesim/findings/codes.py", "gcodesim/findings/meanings.py"])
+def test_no_code_or_meaning_is_given_twice(file: str) -> None:
+    for node in ast.walk(tree(file)):
+        if isinstance(node, ast.Dict):
+            keys = [ast.unparse(key) for key in node.keys if key]
+            assert len(keys) == len(set(keys))
+
+
+def test_every_meaning_has_a_code_of_the_table() -> None:
+    assert {code for code, _ in MEANINGS.values()} <= CODES.keys()
