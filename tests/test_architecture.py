@@ -87,23 +87,7 @@ UPWARD_ROOMS: dict[str, list[str]] = {
         "gcodesim/collision/views/distances.py -> detector",
     ]
 }
-IN_CIRCLES: list[str] = [
-    "gcodesim/nc/control/corners.py",
-    "gcodesim/nc/control/program_flow.py",
-    "gcodesim/nc/control/state.py",
-    "gcodesim/nc/iso/block.py",
-    "gcodesim/nc/iso/calls.py",
-    "gcodesim/nc/iso/cycles.py",
-    "gcodesim/nc/iso/expressions.py",
-    "gcodesim/nc/iso/five_axis.py",
-    "gcodesim/nc/iso/modes.py",
-    "gcodesim/nc/iso/motion.py",
-    "gcodesim/nc/iso/offsets.py",
-    "gcodesim/nc/iso/parameters.py",
-    "gcodesim/nc/iso/statements.py",
-    "gcodesim/nc/iso/tables.py",
-    "gcodesim/nc/iso/words.py",
-]
+IN_CIRCLES: list[str] = []
 CLASSES_TWICE: list[str] = [
     "Box",
     "Cut",

@@ -16,7 +16,7 @@ from gcodesim.constants import PS_PER_S
 from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.study.clock import RUNS, time_runs
 from gcodesim.study.job import Job, exhaustive_job, longest_job, repeated, search_job
 from gcodesim.study.paper_tables import CPU_US, FIGURES, GPU_US

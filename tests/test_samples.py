@@ -15,7 +15,7 @@ from gcodesim.machine.control_data import control_for
 from gcodesim.machine.kinematics import tip_position, world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 SAMPLES = Path(__file__).parents[1] / "samples"

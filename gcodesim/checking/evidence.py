@@ -28,7 +28,7 @@ from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans
-from gcodesim.nc.iso.interpreter import Interpretation
+from gcodesim.nc.control.interpreter import Interpretation
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 

@@ -21,7 +21,7 @@ from gcodesim.motion.overtravel import overtravels
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_times
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 
 if TYPE_CHECKING:
     from gcodesim.collision.detector import Task

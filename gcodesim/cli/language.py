@@ -26,7 +26,7 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
     from gcodesim.machine.control_data import bare_control, control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.nc.canon import write_canon
-    from gcodesim.nc.iso.interpreter import interpret
+    from gcodesim.nc.interpret import interpret
 
     choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
     if machine_path:

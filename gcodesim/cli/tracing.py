@@ -43,7 +43,7 @@ def trace(program: str, machine_path: str | None, **given: Any) -> None:
     from gcodesim.machine.control_data import control_for
     from gcodesim.machine.loading import load_machine
     from gcodesim.motion.planner import plan
-    from gcodesim.nc.iso.interpreter import interpret
+    from gcodesim.nc.interpret import interpret
 
     npz = given["npz"] and given["npz"].removesuffix(".npz") + ".npz"  # as NumPy will call it
     model = machine_path_of(machine_path, given["setup"]), given["setup"], given["tools"]

@@ -73,6 +73,7 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "direction_unreachable": ("GC410", "the rotary axes of this machine do not reach it"),
     "direction_zero": ("GC410", "I J K point from the tip towards the spindle"),
     "orientation_out_of_travel": ("GC410", "clamp the part otherwise, or tilt the tool less"),
+    "retract_unknown": ("GC402", "give the slides `limits` in the machine file"),
     "kinematics_unsolved": ("GC402", "five-axis codes need joints that place and point a tool"),
     # Corners between two blocks.
     "corner_not_followed": ("GC402", "corners are followed from one G1 of the plane to the next"),

@@ -8,7 +8,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from gcodesim.nc.iso.interpreter import Interpretation
+from gcodesim.nc.control.interpreter import Interpretation
 from gcodesim.nc.program import CanonicalProgram, FeedMode, Frame, Kind, path_lengths
 
 PLANES = ("YZ", "ZX", "XY")

@@ -17,8 +17,16 @@ AXES = "XYZABC"
 """Order of the six axis columns: X Y Z in mm, A B C in degrees."""
 
 
-PLANES = {170: (0, 1, 2), 180: (2, 0, 1), 190: (1, 2, 0)}
-"""Plane code -> indices of u, v and the normal w."""
+class Plane(IntEnum):
+    """A plane of two axes; arcs turn in it, tools stand square on it."""
+
+    XY = 0
+    ZX = 1
+    YZ = 2
+
+
+PLANES = ((0, 1, 2), (2, 0, 1), (1, 2, 0))
+"""Plane -> indices of its axes u and v and of its normal w."""
 
 
 class Frame(IntEnum):
@@ -59,6 +67,9 @@ class FeedMode(IntEnum):
     PER_REVOLUTION = 95  # mm/rev at `speed` rev/min
 
 
+Corners = tuple[list[float], list[float]]
+"""Two opposite corners of a box, X Y Z [mm]."""
+
 ARC_DTYPE = np.dtype([("center", "f8", 3), ("normal", "f8", 3), ("turns", "i4")])
 """Arc data: centre [mm] in the frame of the move, plane normal, turns (> 0 counter-clockwise about
 the normal, |turns| - 1 extra full turns)."""
@@ -80,6 +91,7 @@ class CanonicalProgram:
         arcs: rows of ARC_DTYPE.
         texts: messages.
         start: machine position before the first command, shape (6,).
+        stock: the stock that the program itself defines, as positions; None without one.
     """
 
     kind: NDArray[np.uint8]
@@ -93,6 +105,7 @@ class CanonicalProgram:
     arcs: NDArray[np.void]
     start: NDArray[np.float64]
     texts: list[str] = field(default_factory=list)
+    stock: Corners | None = None
 
     def __len__(self) -> int:
         return len(self.kind)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.nc.control.supply import ZERO
-from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Frame, Kind
+from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Corners, FeedMode, Frame, Kind
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]
 
@@ -24,6 +24,7 @@ class Recorder:
         self._arcs, self._turns = array("d"), array("i")
         self._texts: list[str] = []
         self._switches: list[tuple[int, int]] = [(0, Frame.MACHINE)]
+        self._stock: Corners | None = None
 
     def __len__(self) -> int:
         return len(self._kind)
@@ -35,7 +36,7 @@ class Recorder:
         to: Sequence[float] = ZERO,
         *,
         f: float = 0.0,
-        mode: int = 94,
+        mode: int = FeedMode.PER_MINUTE,
         speed: float = 0.0,
         aux: int = 0,
     ) -> None:
@@ -97,6 +98,10 @@ class Recorder:
         self._texts.append(text)
         self.add(Kind.MESSAGE, line, aux=len(self._texts) - 1)
 
+    def set_stock(self, corners: Corners) -> None:
+        """Keep the stock; a later one replaces it."""
+        self._stock = corners
+
     def truncate(self, count: int) -> None:
         """Take back every command after the first `count`: their block was refused."""
         for column in (self._kind, self._line, self._f, self._mode, self._speed, self._aux):
@@ -118,6 +123,7 @@ class Recorder:
             arcs=self._arc_rows(),
             start=np.array(start, np.float64),
             texts=self._texts,
+            stock=self._stock,
         )
 
     def _arc_rows(self) -> NDArray[np.void]:

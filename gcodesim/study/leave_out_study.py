@@ -22,7 +22,7 @@ from gcodesim.machine.model import Machine
 from gcodesim.machine.spindle import bodies_in_place
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.study.bench import environment
 from gcodesim.study.clock import time_runs

@@ -16,7 +16,7 @@ from gcodesim.machine.control_data import bare_control
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.study.exact_motion import exact_sincosd
 from gcodesim.study.methods import Subject, search_between
 from gcodesim.study.scenes import (

@@ -31,7 +31,7 @@ from gcodesim.machine.control_data import control_for
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import Job, longest_job, repeated, search_job

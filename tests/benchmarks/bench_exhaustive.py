@@ -20,7 +20,7 @@ from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import exhaustive_job, longest_job

@@ -22,9 +22,10 @@ from goals import ROOT, Goals
 
 from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
+from gcodesim.nc.control.interpreter import Interpretation
 from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.supply import Control, Kinematics
-from gcodesim.nc.iso.interpreter import Interpretation, interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 ROUNDS, SEED = 3, 1

@@ -27,7 +27,7 @@ from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 
 Array = NDArray[np.float64]
 

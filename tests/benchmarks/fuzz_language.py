@@ -25,7 +25,7 @@ from gcodesim.machine.loading import load_machine
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import decode
 
 ROOT = Path(__file__).resolve().parents[2]

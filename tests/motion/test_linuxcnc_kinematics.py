@@ -19,7 +19,7 @@ from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.path import Path as MotionPath
 from gcodesim.motion.planner import plan
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 
 MS_PS = 10**9
 CONTROLLER_MM = 1e-3

@@ -9,7 +9,7 @@ from motion.programs import axes_machine, program
 
 from gcodesim.machine.control_data import bare_control
 from gcodesim.motion.tolerance import corner_tolerances, path_modes, path_tolerance
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.program import CanonicalProgram, Kind
 
 UNKNOWN = {"G64": None, "rapid": None}

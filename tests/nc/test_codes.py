@@ -4,7 +4,7 @@ from gcodesim.findings.codes import CODES
 from gcodesim.findings.meanings import MEANINGS
 from gcodesim.nc.control.modal import Modal
 from gcodesim.nc.control.readings import DIALECTS
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.iso.words import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.program import Kind
 
 HEAD = "G90 G17 S500 M3 F100\nG0 X0 Y0 Z20\n"

@@ -8,7 +8,7 @@ from gcodesim.errors import OrientationError
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control.runs import Runs
 from gcodesim.nc.control.supply import WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.program import Frame, Kind
 
 GAUGE_TO_TIP = np.array([[0.0, 0.0, 50.0]])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.program import Kind
 
 CASES = {

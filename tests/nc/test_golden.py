@@ -9,7 +9,7 @@ import pytest
 from gcodesim.findings.codes import INCONCLUSIVE, NOTED
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control.supply import WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 GOLDEN = Path(__file__).parent / "golden"

@@ -8,7 +8,7 @@ import pytest
 from gcodesim.errors import UsageError
 from gcodesim.nc.control.readings import choose_dialect
 from gcodesim.nc.control.supply import WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import decode, read_program, split_lines
 from gcodesim.nc.program import Kind, arc_sweeps, path_lengths, starts_of_moves
 

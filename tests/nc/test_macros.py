@@ -3,7 +3,7 @@
 import pytest
 
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.program import Kind
 
 
@@ -168,7 +168,7 @@ def test_endless_programs_end_at_the_limit(dialect, text, control):
 
 def test_unless_told_otherwise_only_blocks_that_repeat_are_few(tmp_path, monkeypatch, control):
     """A file's own blocks, those of its subprograms too, are bounded by its size."""
-    monkeypatch.setattr("gcodesim.nc.iso.interpreter.MAX_REPEATED_BLOCKS", 50)
+    monkeypatch.setattr("gcodesim.nc.control.program_flow.MAX_REPEATED_BLOCKS", 50)
     endless = "WHILE[1EQ1]DO1\nX1\nX0\nEND1"
     meaning = interpret(f"G0\n{endless}\nM30", control())
     (finding,) = meaning.findings

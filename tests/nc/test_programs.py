@@ -9,7 +9,7 @@ from nc.table_tilt import RAISED
 
 from gcodesim.findings.meanings import MEANINGS
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 HERE = Path(__file__).parent

@@ -9,7 +9,7 @@ import pytest
 from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.runs import Runs
 from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.nc.program import Kind
 

@@ -8,7 +8,7 @@ from nc.rs274 import canonical_calls, random_program
 
 from gcodesim.nc.canon import canon_rows
 from gcodesim.nc.control.supply import WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 pytestmark = pytest.mark.skipif(shutil.which("rs274") is None, reason="LinuxCNC is not installed")

@@ -9,7 +9,7 @@ from nc.table_tilt import TableTilt
 from gcodesim.nc.control import runs
 from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.supply import Control, WorkOffset
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.iso.scan import scan
 from gcodesim.nc.lines import Lines
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from gcodesim.nc.canon import write_canon
 from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.supply import Control
-from gcodesim.nc.iso.interpreter import interpret
+from gcodesim.nc.interpret import interpret
 from gcodesim.nc.iso.words import TABLE
 
 CODES = st.sampled_from(sorted({row.name for row in TABLE if not row.refused}))

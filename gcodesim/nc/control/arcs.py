@@ -13,17 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import FULL_CIRCLE_MM
-from gcodesim.nc.control.supply import ArcTolerance
+from gcodesim.errors import GcodesimError
+from gcodesim.nc.control.readings import ArcTolerance
 
 Point = tuple[float, float]
-Columns = tuple[NDArray[np.float64], NDArray[np.float64]]
+Pairs = tuple[NDArray[np.float64], NDArray[np.float64]]
 Bools = NDArray[np.bool_]
 
-CENTRE_WORDS = "IJK"
-"""Centre words by the index of their axis."""
 
-
-class ArcError(Exception):
+class ArcError(GcodesimError):
     """An arc that cannot be traced.
 
     Attributes:
@@ -40,7 +38,7 @@ def _distance(a: Any, b: Any) -> float:
     return math.sqrt(u * u + v * v)
 
 
-def _distances(a: Columns, b: Columns) -> NDArray[np.float64]:
+def _distances(a: Pairs, b: Pairs) -> NDArray[np.float64]:
     u, v = a[0] - b[0], a[1] - b[1]
     return np.asarray(np.sqrt(u * u + v * v))
 
@@ -54,7 +52,7 @@ def check_centre(start: Point, end: Point, centre: Point, tol: ArcTolerance, inc
     radius, last = _distance(start, centre), _distance(end, centre)
     if radius < tol.r_tol_mm:
         raise ArcError("arc_zero_radius", f"radius {radius:.6g} mm")
-    # The anchor's tolerance is 0.02828 mm, but 0.002828 inch under G20.
+    # LinuxCNC's tolerance is 0.02828 mm, but 0.002828 inch under G20.
     widen = 2.54 if inch else 1.0
     gap = abs(last - radius)
     loose = gap > tol.tol_mm * widen and gap > tol.tol_rel * max(radius, last)
@@ -63,7 +61,7 @@ def check_centre(start: Point, end: Point, centre: Point, tol: ArcTolerance, inc
         raise ArcError("arc_radius_mismatch", what)
 
 
-def broken(start: Columns, end: Columns, centre: Columns, tol: ArcTolerance, inch: bool) -> Bools:
+def broken(start: Pairs, end: Pairs, centre: Pairs, tol: ArcTolerance, inch: bool) -> Bools:
     """Tell which arcs `check_centre` refuses; columns in mm."""
     radius, last = _distances(start, centre), _distances(end, centre)
     widen = 2.54 if inch else 1.0
@@ -99,8 +97,8 @@ def centre_from_radius(
 
 
 def centres_from_radii(
-    start: Columns, end: Columns, radius: NDArray[np.float64], clockwise: Bools, tol: ArcTolerance
-) -> tuple[Columns, Bools]:
+    start: Pairs, end: Pairs, radius: NDArray[np.float64], clockwise: Bools, tol: ArcTolerance
+) -> tuple[Pairs, Bools]:
     """Return what `centre_from_radius` returns, and which arcs it refuses; columns in mm."""
     chord = _distances(start, end)
     refused = (chord < FULL_CIRCLE_MM) | (np.abs(radius) < tol.r_tol_mm)

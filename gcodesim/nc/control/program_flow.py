@@ -1,25 +1,21 @@
-"""Which block runs next: jumps, loops, subprograms and the files they come from."""
+"""Which line runs next: the texts of a program, the subprograms that run, and the limits."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, overload
 
-from gcodesim.errors import UsageError
-from gcodesim.nc.iso.parameters import Level, Parameters
-from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
+from gcodesim.constants import MAX_BLOCKS, MAX_REPEATED_BLOCKS
+from gcodesim.errors import GcodesimError, UsageError
 from gcodesim.nc.lines import Lines, read_program, split_lines
 
 MAX_CALLS = 10
 """Calls may nest this deep, as on LinuxCNC; Fanuc allows fewer."""
 
-FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
 
-
-class FlowError(Exception):
+class FlowError(GcodesimError):
     """A jump or call that leads nowhere.
 
     Attributes:
@@ -37,18 +33,17 @@ class Source:
 
     Attributes:
         file: name for findings.
+        lines: its lines.
         first: number of its line 1 among the lines of all sources, less 1.
         begin: index of the first line that runs.
-        opened: it began with %.
+        end: index of the line that closes the text, or the number of lines.
     """
 
     file: str
     lines: Lines
     first: int
     begin: int
-    opened: bool
-    structure: Structure
-    numbers: dict[int, list[int]] | None = None
+    end: int
 
 
 @dataclass(slots=True)
@@ -59,15 +54,15 @@ class Call:
         source, back: where the caller goes on.
         start: line index at which the subprogram begins.
         again: how often it still runs after this time.
-        level: the caller's local parameters; None when they are shared.
-        repeats: counts of o-word loops of the caller.
+        on_return: called when it has returned for good.
+        repeats: counts of the caller's loops.
     """
 
     source: Source
     back: int
     start: int
     again: int
-    level: Level | None
+    on_return: Callable[[], None]
     repeats: dict[int, int]
 
 
@@ -94,18 +89,23 @@ class AllLines(Sequence[str]):
         raise IndexError(index)
 
 
+def _nothing() -> None:
+    """Do nothing when a subprogram returns."""
+
+
 @dataclass(slots=True)
-class Flow:
+class ProgramFlow:
     """Where interpretation stands.
 
     Attributes:
+        max_blocks: limit of blocks that the user gave, None for the usual one.
         sources: texts read so far, the main program first.
         source, index: the line to run next.
         calls: running subprograms, the innermost last.
         line_count: lines of all sources.
     """
 
-    parameters: Parameters
+    max_blocks: int | None = None
     sources: list[Source] = field(default_factory=list)
     source: Source = field(init=False)
     index: int = 0
@@ -113,140 +113,27 @@ class Flow:
     line_count: int = 0
     _repeats: dict[int, int] = field(default_factory=dict)
 
-    def open(self, text: str, file: str) -> None:
-        """Begin with the main program.
-
-        Raises:
-            StructureError: its blocks do not close each other.
-        """
-        self.source = self._add(text, file)
-        self.index = self.source.begin
-
-    def _add(self, text: str, file: str) -> Source:
+    def add(self, text: str, file: str) -> Source:
+        """Take in a program text; the first one is the main program, which runs next."""
         lines = split_lines(text)
-        begin, opened = _opening_percent(lines)
-        source = Source(file, lines, self.line_count, begin, opened, Structure(len(lines)))
+        source = Source(file, lines, self.line_count, 0, len(lines))
         self.line_count += len(lines)
         self.sources.append(source)
-        o_words = self.parameters.language == "linuxcnc"
-        source.structure = read_structure(lines, begin, opened, o_words)
+        if len(self.sources) == 1:
+            self.source = source
         return source
 
-    @property
-    def is_main(self) -> bool:
-        """No subprogram runs."""
-        return not self.calls
-
-    def go_to_number(self, number: int) -> None:
-        """Go on at block N of the running program: the next one behind, else from its beginning.
-
-        Raises:
-            FlowError: there is none.
-        """
-        self.index = self._numbered(self.source, number, self.index)
-
-    def _numbered(self, source: Source, number: int, index: int) -> int:
-        if source.numbers is None:
-            source.numbers = block_numbers(source.lines)
-        begin, end = source.structure.span(max(index - 1, 0))
-        places = [i for i in source.numbers.get(number, []) if begin <= i < end]
-        if not places:
-            raise FlowError("block_not_found", f"N{number}")
-        return next((i for i in places if i >= index), places[0])
-
-    def call_block(self, number: int, repeats: int) -> None:
-        """Run from block N of the running program to M99 (M97)."""
-        self._enter(self.source, self._numbered(self.source, number, self.index), repeats, False)
-
-    def call_program(self, number: int, repeats: int, arguments: Level | None = None) -> None:
-        """Run subprogram O of this text, of the main program, or of a file beside it.
+    def add_beside(self, names: Iterable[str], what: str) -> tuple[Source, bool]:
+        """Return a text that stands in the folder of the main program, and whether it is new.
 
         Args:
-            number: its O-number.
-            repeats: how often.
-            arguments: new local parameters; None = those of the caller stay.
-
-        Raises:
-            FlowError: there is none, it cannot be read, or calls nest too deep.
-        """
-        source, line = self.find_program(number)
-        self._enter(source, line, repeats, arguments is not None)
-        if arguments is not None:
-            self.parameters.level = arguments
-
-    def find_program(self, number: int) -> tuple[Source, int]:
-        """Return the text and the line at which subprogram O begins.
+            names: of files, the first one found is taken.
+            what: is looked for.
 
         Raises:
             FlowError: there is none, or it cannot be read.
         """
-        for source in (self.source, *self.sources):
-            line = source.structure.programs.get(number)
-            if line is not None:
-                return source, line
-        names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
-        source = self._beside(names, f"O{number}")
-        return source, source.structure.programs.get(number, source.begin)
-
-    def call_sub(self, label: str, arguments: list[float | None]) -> None:
-        """Run an o-word subprogram of this text, of the main program, or of a file beside it."""
-        for source in (self.source, *self.sources):
-            if label in source.structure.subs:
-                break
-        else:
-            if not FILE_NAME.fullmatch(label):
-                raise FlowError("subprogram_not_found", f"o<{label.lower()}>")
-            name = label.lower()
-            source = self._beside((f"{name}.ngc", f"{name}.nc"), f"o<{name}>")
-            if label not in source.structure.subs:
-                raise FlowError("subprogram_not_found", f"o<{name}> in {source.file}")
-        self._enter(source, source.structure.subs[label] + 1, 1, True)
-        self.parameters.level = Level(
-            {i: arguments[i - 1] if i <= len(arguments) else 0.0 for i in range(1, 31)}
-        )
-
-    def _enter(self, source: Source, line: int, repeats: int, own_level: bool) -> None:
-        if len(self.calls) == MAX_CALLS:
-            raise FlowError("call_too_deep", f"call number {MAX_CALLS + 1} inside the others")
-        if repeats < 1:
-            return
-        level = self.parameters.level if own_level else None
-        call = Call(self.source, self.index, line, repeats - 1, level, self._repeats)
-        self.calls.append(call)
-        self.source, self.index, self._repeats = source, line, {}
-
-    def leave(self, block_number: int | None = None) -> None:
-        """Return from the running subprogram, or run it once more.
-
-        Args:
-            block_number: the block of the caller to go on at; None = behind the call.
-        """
-        call = self.calls[-1]
-        if call.again and block_number is None:
-            call.again -= 1
-            self.index = call.start
-            return
-        self.calls.pop()
-        self.source, self.index, self._repeats = call.source, call.back, call.repeats
-        if call.level is not None:
-            self.parameters.level = call.level
-        if block_number is not None:
-            self.go_to_number(block_number)
-
-    def restart(self) -> None:
-        """Begin the running program anew."""
-        self.index = self.source.structure.span(self.index - 1)[0]
-        self.index = max(self.index, self.source.begin)
-
-    def count_down(self, line: int, times: int | None = None) -> bool:
-        """Count an o-word loop down; tell whether it runs once more."""
-        left = self._repeats.get(line, 0) - 1 if times is None else times
-        self._repeats[line] = left
-        return left > 0
-
-    def _beside(self, names: tuple[str, ...], what: str) -> Source:
-        """Return a text that stands in the folder of the main program, and nowhere else."""
-        main = Path(self.sources[0].file)
+        names, main = list(names), Path(self.sources[0].file)
         if not main.is_file():
             raise FlowError("subprogram_not_found", what)
         folder = main.resolve().parent
@@ -254,22 +141,74 @@ class Flow:
             path = folder / name
             known = next((s for s in self.sources if s.file == str(main.parent / name)), None)
             if known:
-                return known
+                return known, False
             if path.is_file() and path.resolve().parent == folder:
                 try:
-                    return self._add(read_program(path), str(main.parent / name))
+                    return self.add(read_program(path), str(main.parent / name)), True
                 except UsageError as error:
                     raise FlowError("subprogram_not_found", str(error)) from None
-                except StructureError as error:
-                    place = f"{self.sources[-1].file}:{error.line + 1}"
-                    raise FlowError("block_structure", f"{place}: {error}") from None
         raise FlowError("subprogram_not_found", f"{what} (no {names[0]} beside the program)")
 
+    @property
+    def is_main(self) -> bool:
+        """No subprogram runs."""
+        return not self.calls
 
-def _opening_percent(lines: Lines) -> tuple[int, bool]:
-    """Return the index of the first line to run, and whether a % stands before it."""
-    for index, line in enumerate(lines):
-        if line.strip():
-            opened = line.strip() == "%"
-            return index + 1 if opened else index, opened
-    return len(lines), False
+    def enter(
+        self, source: Source, line: int, repeats: int, on_return: Callable[[], None] = _nothing
+    ) -> bool:
+        """Run a subprogram from a line; tell whether it runs at all.
+
+        Args:
+            source: its text.
+            line: index of its first line.
+            repeats: how often it runs.
+            on_return: called when it has returned for good.
+
+        Raises:
+            FlowError: calls nest too deep.
+        """
+        if len(self.calls) == MAX_CALLS:
+            raise FlowError("call_too_deep", f"call number {MAX_CALLS + 1} inside the others")
+        if repeats < 1:
+            return False
+        call = Call(self.source, self.index, line, repeats - 1, on_return, self._repeats)
+        self.calls.append(call)
+        self.source, self.index, self._repeats = source, line, {}
+        return True
+
+    def leave(self, *, for_good: bool = False) -> None:
+        """Return from the running subprogram, or run it once more.
+
+        Args:
+            for_good: it returns, however often it should still run.
+        """
+        call = self.calls[-1]
+        if call.again and not for_good:
+            call.again -= 1
+            self.index = call.start
+            return
+        self.calls.pop()
+        self.source, self.index, self._repeats = call.source, call.back, call.repeats
+        call.on_return()
+
+    def count_down(self, line: int, times: int | None = None) -> bool:
+        """Count the loop that opens at a line down; tell whether it runs once more."""
+        left = self._repeats.get(line, 0) - 1 if times is None else times
+        self._repeats[line] = left
+        return left > 0
+
+    @property
+    def most_blocks(self) -> int:
+        """After how many blocks interpretation ends, by the texts read so far."""
+        return self.max_blocks or min(MAX_BLOCKS, self.line_count + MAX_REPEATED_BLOCKS)
+
+    @property
+    def limit_reached(self) -> str:
+        """Which limit of blocks was reached, and how to raise it."""
+        if self.max_blocks:
+            return f"limit of {self.max_blocks} blocks, given with --max-blocks"
+        what = f"{MAX_BLOCKS:,} blocks"
+        if self.most_blocks < MAX_BLOCKS:
+            what = f"{MAX_REPEATED_BLOCKS:,} blocks that repeat"
+        return f"limit of {what}; --max-blocks N allows more"

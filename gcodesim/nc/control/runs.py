@@ -1,6 +1,6 @@
-"""Runs of plain blocks carried out at once: modal state goes down the columns instead of blocks.
+"""Runs of plain lines carried out at once: modal state goes down the columns instead of lines.
 
-The result is what the block-by-block way makes of the same lines, bit for bit: a run ends before
+The result is what the language makes of the same lines one by one, bit for bit: a run ends before
 the first line for which that cannot be promised.
 """
 
@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from gcodesim.nc.control.columns import Run
-from gcodesim.nc.control.hole_columns import HoleRun, pattern_of
+from gcodesim.nc.control.columns import Columns
+from gcodesim.nc.control.hole_run import HoleRun, Pattern, pattern_of
+from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.modal import TipControl
+from gcodesim.nc.control.plain_run import PlainRun
 from gcodesim.nc.control.program_flow import Source
-from gcodesim.nc.control.state import State
-from gcodesim.nc.iso.scan import Words, scan
 
 CHUNK = 1 << 13
 """Lines scanned at once: their arrays stay in the cache of a core."""
@@ -20,24 +21,20 @@ CHUNK = 1 << 13
 KEPT_CHUNKS = 8
 """Scanned chunks that are kept, for loops and subprograms."""
 
-POLAR, VECTORS = 160, 435
-
 SHORTEST = 16
-"""Shorter runs are faster block by block."""
+"""Shorter runs are faster line by line."""
 
 
 class Runs:
-    """Finds runs of plain blocks and carries them out.
+    """Finds runs of plain lines and carries them out.
 
     Attributes:
-        state: where the control stands.
-        blocks, last_line: blocks of the last run, and the line of its last block, 0 without one.
+        language: reads the columns, and knows its modes and cycles.
     """
 
-    def __init__(self, state: State) -> None:
-        self.state = state
-        self.blocks = self.last_line = 0
-        self._chunks: dict[tuple[int, int], Words] = {}
+    def __init__(self, language: Language) -> None:
+        self.language, self.state = language, language.state
+        self._chunks: dict[tuple[int, int], Columns] = {}
         self._wait = self._pause = 0
         # Lines of a source where no run begins: nothing is asked about them again.
         self._source: Source | None = None
@@ -56,60 +53,61 @@ class Runs:
         if self._wait:
             self._wait -= 1
             return 0
-        state = self.state
-        modal = state.modal
-        if modal.polar == POLAR or state.unfollowed or not self._is_framed():
+        if not self._is_plain():
             return 0
-        if state.corner is not None or modal.tcp == VECTORS or state.frames.carried is not None:
-            return 0
-        words = self._words(source, index)
-        begin = index - words.first
-        self._source, self._none = source, range(index, words.first + int(words.next_run[begin]))
+        columns = self._columns(source, index)
+        begin = index - columns.first
+        self._source = source
+        self._none = range(index, columns.first + int(columns.next_run[begin]))
         if index in self._none:
             return 0
-        end = min(int(words.run_end[begin]), source.structure.end - words.first)
-        taken = self._carry_out(words, begin, end, most, source.first)
+        end = min(int(columns.run_end[begin]), source.end - columns.first)
+        taken = self._carry_out(columns, begin, end, most, source.first)
         # Where runs keep ending early, looking for the next one waits longer and longer.
         self._pause = 0 if taken >= SHORTEST else min(2 * self._pause + SHORTEST, CHUNK)
         self._wait = self._pause
         return taken
 
-    def _is_framed(self) -> bool:
-        """Tell whether the frame is one that columns can be turned in, with nothing to report."""
-        frames, modal = self.state.frames, self.state.modal
-        if frames.is_plain:
-            return True
-        square = frames.tilt is None or bool(modal.tcp) or self.state.on_plane is True
-        return square and not frames.mirror and not modal.cycle
+    def _is_plain(self) -> bool:
+        """Tell whether plain words mean plain moves here, with nothing to report."""
+        state, frames, modal = self.state, self.state.frames, self.state.modal
+        if state.unfollowed or state.corner is not None or frames.carried is not None:
+            return False
+        if frames.tilted and modal.tip_control is TipControl.OFF and state.on_plane is not True:
+            return False
+        if frames.mirrored or (modal.drilling and frames.joined == 3):
+            return False
+        return modal.tip_control is not TipControl.VECTORS and self.language.is_plain()
 
-    def _carry_out(self, words: Words, begin: int, end: int, most: int, before: int) -> int:
-        pattern = pattern_of(self.state) if self.state.modal.cycle else None
-        if self.state.modal.cycle and pattern is None:
+    def _carry_out(self, columns: Columns, begin: int, end: int, most: int, before: int) -> int:
+        pattern = self._pattern() if self.state.modal.drilling else None
+        if self.state.modal.drilling and pattern is None:
             return 0
         # Holes and pecks are limited as blocks are.
-        most = most // (1 + pattern.counted) if pattern else most
+        most = most // (1 + pattern.hole.counted) if pattern else most
         if most < 1:
             return 0
-        written = np.flatnonzero(~words.blank[begin:end])
+        written = np.flatnonzero(~columns.blank[begin:end])
         if len(written) > most:
             end = begin + int(written[most - 1]) + 1
-        place = self.state, words, begin, end
-        taken = (HoleRun(*place, pattern) if pattern else Run(*place)).carry_out(before)
+        place = self.state, columns, begin, end
+        taken = (HoleRun(*place, pattern) if pattern else PlainRun(*place)).carry_out(before)
         written = written[written < taken]
-        self.blocks = len(written)
-        self.last_line = 0
+        self.state.blocks += len(written)
         if len(written):
-            self.last_line = before + words.first + begin + int(written[-1]) + 1
+            self.state.last_line = before + columns.first + begin + int(written[-1]) + 1
         return taken
 
-    def _words(self, source: Source, index: int) -> Words:
+    def _pattern(self) -> Pattern | None:
+        hole = self.language.next_hole()
+        return None if hole is None else pattern_of(self.state, hole)
+
+    def _columns(self, source: Source, index: int) -> Columns:
         key = source.first, index // CHUNK
         if key not in self._chunks:
             if len(self._chunks) == KEPT_CHUNKS:
                 del self._chunks[next(iter(self._chunks))]
             first = key[1] * CHUNK
             last = min(first + CHUNK, len(source.lines))
-            control = self.state.control
-            letters = control.axes, control.ignore_words
-            self._chunks[key] = scan(source.lines, first, last, *letters, SHORTEST)
+            self._chunks[key] = self.language.scan(source.lines, first, last, SHORTEST)
         return self._chunks[key]

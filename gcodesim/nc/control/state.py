@@ -1,20 +1,24 @@
-"""Where the control stands between two blocks: modal state, frames, position, and what it said."""
+"""What a control knows between two lines: modal state, frames, position, and what it reported."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from gcodesim.errors import ProgramError
 from gcodesim.findings.codes import Finding
-from gcodesim.nc.control.frames import Frames
-from gcodesim.nc.control.modal import TABLE_OFFSET_OFF, Modal
+from gcodesim.nc.control.frames import WORK, Frames, Level
+from gcodesim.nc.control.modal import Modal, TipControl
+from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.supply import ZERO, Control, Kinematics, WorkOffset, WorkOffsetLike
-from gcodesim.nc.control.tips import axis_positions, carried_point, tip_position, work_placement
-from gcodesim.nc.iso.block import Block
-from gcodesim.nc.program import AXES, Frame, Kind
+from gcodesim.nc.control.tips import (
+    axis_positions,
+    carried_point,
+    tip_position,
+    work_placement,
+)
+from gcodesim.nc.program import AXES, FeedMode, Frame, Kind
 from gcodesim.nc.recorder import Recorder
 
 INCH = 25.4
@@ -24,78 +28,124 @@ LIMIT = 1e12
 """Largest value taken from a program; beyond it float64 cannot hold thousandths of a mm."""
 
 
-class State:
-    """What a block finds and leaves behind.
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """What is to become of the corner at the end of a straight move.
 
     Attributes:
+        is_round: an arc is put in, else a chamfer.
+        size: radius, or length cut off both moves [mm].
+        text: the words as written; at: the letter at fault.
+    """
+
+    is_round: bool
+    size: float
+    text: str = ""
+    at: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Corner:
+    """A corner that waits for the move after it.
+
+    Attributes:
+        row: row of the move to the corner; line, f, mode, speed: columns of that move.
+        start: program point the move comes from, shape (6,).
+        edge: what the corner becomes.
+    """
+
+    row: int
+    line: int
+    f: float
+    mode: FeedMode
+    speed: float
+    start: list[float]
+    edge: Edge
+
+
+class State:
+    """What a line finds and leaves behind, whatever the language.
+
+    Attributes:
+        place: the line that is carried out.
         point: current position as the program counts it, X Y Z [mm], A B C [deg].
         position: the same as moves are recorded: axis positions, or the tip and the rotary axes.
         frame: which of the two, see program.Frame.
         tcp_rotary: rotary positions at which program axes are those of the machine under tool
             centre point control; None = those of the work offset.
-        on_plane: the tool stands square on the tilted plane; None = nobody has looked.
+        on_plane: the tool stands square on the tilted plane; None = not checked yet.
         wraps: rotary letters whose words are read modulo 360, and how.
+        line_feed: F of the line that is carried out, None without one; counts under inverse time.
         recorder: canonical commands so far.
         ignored: what was dropped or listed as doing nothing -> times.
         unsupported: what was not followed, with its line.
-        work_offset: number of the active work offset, 1 = G54, 101.. = G54.1 P1..
         offsets, tools, reference: tables of the control, as the program has changed them.
-        ended: M2, M30 or the closing % was reached.
-        corner: a corner that waits for the block behind it: a corners.Corner, or None.
+        blocks, last_line: lines carried out that count as blocks, and the row of the last.
+        ended: the program has come to its end.
+        corner: a corner that waits for the move after it.
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
-        unfollowed: what is switched on that needs kinematics nobody has given -> its code and why.
-        request: what the block asks of the flow: a calls.Request, or None.
-        stop_request: number and value of a system parameter that stops the program.
+        unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
+            and why.
     """
 
-    def __init__(self, control: Control) -> None:
+    def __init__(self, control: Control, levels: Iterable[str] = (WORK,)) -> None:
         self.control = control
-        self.modal = Modal(
-            cycle_return=980 if control.dialect.cycle_return == "G98" else 990,
-            unit=200 if control.inch else 210,
-        )
-        first = control.offsets.get(1, WorkOffset())
-        self.frames = Frames(g5x=list(first.value), rotation=first.rotation)
-        self.frames.update()
+        self.place = Place("", 0, "")
+        self.modal = Modal(inch=control.readings.program_unit == "inch")
+        self.frames = Frames(levels)
         self.start = [control.start.get(letter, 0.0) for letter in AXES]
         self.position = list(self.start)
-        self.point = self.frames.program(self.position)
+        self.point = list(self.start)
         self.frame = Frame.MACHINE
         self._stood = self.position, self.position
         self.tcp_rotary: list[float] | None = None
         self.on_plane: bool | None = None
         self.wraps = {letter: how for letter, how in control.wrap.items() if how != "none"}
+        self.line_feed: float | None = None
         self.recorder = Recorder()
         self.ignored: Counter[str] = Counter()
         self.unsupported: list[str] = []
         self.offsets: dict[int, WorkOffsetLike] = dict(control.offsets)
-        self.work_offset = 1
         self.tools = None if control.tools is None else dict(control.tools)
         self.reference = {code: dict(place) for code, place in control.reference.items()}
-        self.corner: Any = None
+        self.corner: Corner | None = None
         self.holes = 0
         self.unfollowed: dict[str, str] = {}
+        self.blocks = self.last_line = 0
         self.ended = False
-        self.request: Any = None
-        self.stop_request: tuple[int, float] | None = None
         self._findings: dict[tuple[str, str], tuple[Finding, int]] = {}
 
     @property
     def scale(self) -> float:
         """Millimetres per programmed length unit."""
-        return INCH if self.modal.unit == 200 else 1.0
+        return INCH if self.modal.inch else 1.0
 
     @property
     def findings(self) -> tuple[Finding, ...]:
-        """Findings in the order met; the first of a kind stands for all, with their count."""
+        """Findings in the order met; the first of a kind is used for all, with their count."""
         return tuple(
             replace(finding, message=f"{finding.message} ({count} times)") if count > 1 else finding
             for finding, count in self._findings.values()
         )
 
-    def report(self, finding: Finding, subject: str = "") -> None:
-        """Keep a finding; the same meaning about the same subject is only counted."""
-        key = (finding.meaning, subject)
+    def report(self, meaning: str, what: str, at: str | int = "", *, subject: str = "") -> None:
+        """Keep a finding about the line; the same about the same subject is only counted.
+
+        Args:
+            meaning: key of MEANINGS.
+            what: what is wrong.
+            at: the word at fault, see Place.column.
+            subject: what the finding is about, where there may be several.
+        """
+        known = self._findings.get((meaning, subject))
+        if known is None:
+            self._findings[meaning, subject] = self.place.finding(meaning, what, at), 1
+        else:
+            self._findings[meaning, subject] = known[0], known[1] + 1
+
+    def keep(self, finding: Finding) -> None:
+        """Keep a finding that stopped the program."""
+        key = (finding.meaning, "")
         first, count = self._findings.get(key, (finding, 0))
         self._findings[key] = (first, count + 1)
 
@@ -120,10 +170,12 @@ class State:
 
     def stand(self, axes: list[float]) -> None:
         """Count the axis positions anew, after a change of what moves are counted in."""
-        kinematics, modal, frames = self.control.kinematics, self.modal, self.frames
+        kinematics, frames = self.control.kinematics, self.frames
+        tips = self.modal.tip_control
         self.frame, self.position = Frame.MACHINE, axes
-        if kinematics is not None and (modal.tcp or frames.tilt is not None):
-            circle = modal.tcp == 435 and self.control.orientation == "great_circle"
+        if kinematics is not None and (tips is not TipControl.OFF or frames.tilted):
+            great = self.control.readings.orientation == "great_circle"
+            circle = tips is TipControl.VECTORS and great
             self.frame = Frame.GREAT_CIRCLE if circle else Frame.WORK
             self.position = tip_position(kinematics, axes, frames.tool)
         self._stood = self.position, axes
@@ -132,8 +184,13 @@ class State:
         self.recorder.switch(self.frame)
         self.reframe()
 
+    def set_frame(self, level: str, what: Level) -> None:
+        """Let a level of the frames turn and shift points from here on; nothing moves."""
+        self.frames.levels[level] = what
+        self.reframe()
+
     def reframe(self) -> None:
-        """Count the position anew after a change of frames: offsets never move the machine."""
+        """Count the position anew after a change of frames: they never move the machine."""
         if self.control.kinematics is not None:
             self._place_work(self.control.kinematics)
         self.frames.update()
@@ -144,17 +201,17 @@ class State:
         frames, modal = self.frames, self.modal
         frames.work = frames.carried = None
         if frames.tips:
-            rotary = self.tcp_rotary if modal.tcp else None
-            rotary = frames.g5x[3:] if rotary is None else rotary
+            rotary = self.tcp_rotary if modal.tip_control is not TipControl.OFF else None
+            rotary = list(frames.levels[WORK].shift[3:]) if rotary is None else rotary
             frames.work = work_placement(kinematics, rotary) if any(rotary) else None
-        elif modal.table_offset != TABLE_OFFSET_OFF:
+        elif modal.table_offset:
             self.carry_offset(self.position[3:])
 
     def carry_offset(self, rotary: list[float]) -> None:
-        """Let the table carry the work offset to where it stands at rotary positions (G254)."""
+        """Let the table carry the work offset to where it stands at rotary positions."""
         assert self.control.kinematics is not None
-        frames = self.frames
-        frames.carried = carried_point(self.control.kinematics, frames.g5x[:3], rotary)
+        shift = list(self.frames.levels[WORK].shift[:3])
+        self.frames.carried = carried_point(self.control.kinematics, shift, rotary)
 
     def reach(self, point: list[float]) -> list[float]:
         """Return the machine position of a program point.
@@ -162,24 +219,29 @@ class State:
         An axis that is not told to move keeps its very number: noise of 1e-14 mm in X would turn a
         rotary move, whose feed is in deg/min, into a linear one.
         """
-        position = self.frames.machine(point)
+        position, joined = self.frames.machine(point), self.frames.joined
         # Axes that the frame turns into each other are computed together.
-        joined = 2 if self.frames.is_plain else 3
-        turned = not self.frames.is_plain or self.frames.rotation
-        turned = turned and point[:joined] != self.point[:joined]
+        turned = joined and point[:joined] != self.point[:joined]
         for i in range(joined if turned else 0, 6):
             if point[i] == self.point[i]:
                 position[i] = self.position[i]
         return position
 
-    def refusal(self, block: Block) -> ProgramError:
-        """Return the error of a move under what needs kinematics nobody has given."""
+    def refusal(self) -> ProgramError:
+        """Return the error of a move under what needs kinematics that the machine file lacks."""
         what = next(iter(self.unfollowed.values()))
-        self.unsupported.append(f"{what.partition(' ')[0]} line {block.line}")
-        return block.error("unknown_g", what)
+        self.unsupported.append(f"{what.partition(' ')[0]} line {self.place.line}")
+        return self.place.error("unknown_g", what)
 
-    def emit(
-        self, kind: Kind, block: Block, value: Sequence[float] = ZERO, *, aux: int = 0
-    ) -> None:
+    def count_block(self) -> None:
+        """Count the line that is carried out as a block."""
+        self.blocks += 1
+        self.last_line = self.place.row
+
+    def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""
-        self.recorder.add(kind, block.row, value, aux=aux)
+        self.recorder.add(kind, self.place.row, value, aux=aux)
+
+    def first_offset(self) -> WorkOffsetLike:
+        """Return the work offset that is in force when a program starts."""
+        return self.offsets.get(1, WorkOffset())

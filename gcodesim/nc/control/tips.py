@@ -54,6 +54,13 @@ def tool_direction(kinematics: Kinematics, rotary: list[float]) -> list[float]:
     return direction
 
 
+def way_back(kinematics: Kinematics, rotary: list[float]) -> list[float]:
+    """Return how X, Y and Z move while the tool goes back by 1 mm along itself."""
+    direction = kinematics.directions(_row(rotary))
+    along = kinematics.axis_directions(direction, _row(rotary))[0].tolist()
+    return along
+
+
 def rotary_for(
     kinematics: Kinematics, direction: list[float], previous: list[float], prefer: int = 0
 ) -> list[float]:

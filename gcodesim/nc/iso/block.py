@@ -2,40 +2,33 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from gcodesim.errors import ProgramError
-from gcodesim.findings.codes import Finding
-from gcodesim.findings.meanings import MEANINGS
-
-if TYPE_CHECKING:
-    from gcodesim.nc.iso.statements import Statement
-    from gcodesim.nc.iso.words import Row
+from gcodesim.nc.control.place import Place
+from gcodesim.nc.iso.rows import Row
+from gcodesim.nc.iso.statements import Statement
 
 CALLS = ("M97", "M98", "M99", "G65")
 
 Token = tuple[str, str | float, str]
 """Letter and number of a word, or "", "" and a character that belongs to no word.
 
-The number is the text in the program, or what its expression is worth.
+The number is the text in the program, or the value of its expression.
 """
 
 
-class Block:
+class Block(Place):
     """One line of a program on its way from text to meaning.
 
     Attributes:
-        file, line, text: where it stands and what stands there.
-        row: its line among those of all sources.
         compact: the code without blanks and delete mark, in capitals.
-        places: where each token stands in `compact`; None = one behind the other.
+        places: where each token stands in `compact`; None = one after the other.
         arguments: words of a macro call, in the order written.
         corner: letter and size of ,R or ,C; no letter without it.
         code: the text with comments blanked, so that columns stay.
         tokens: words in the order written, numbers as text.
         messages: MSG, DEBUG or PRINT, and text, of such comments.
         deleted: begins with a block delete mark.
-        is_lexed, is_macro, is_read: step 1 is behind; it found macro text; step 2 is behind.
+        is_lexed, is_macro, is_read: step 1 is done; it found macro text; step 2 is done.
         statement: what the macro text says, once it was parsed.
         rows: rows of the table of codes that its G and M words name, in the order written.
         values: values of the other words, without ignored ones.
@@ -49,25 +42,21 @@ class Block:
         "compact",
         "corner",
         "deleted",
-        "file",
         "ignored",
         "is_lexed",
         "is_macro",
         "is_read",
-        "line",
         "messages",
         "moves",
         "places",
-        "row",
         "rows",
         "statement",
-        "text",
         "tokens",
         "values",
     )
 
     def __init__(self, file: str, line: int, text: str, row: int = 0) -> None:
-        self.file, self.line, self.text, self.row = file, line, text, row or line
+        super().__init__(file, line, text, row)
         self.code = self.compact = text
         self.places: list[int] | None = None
         self.arguments: list[tuple[str, float]] = []
@@ -116,36 +105,21 @@ class Block:
             raise self.error("negative_word", f"{letter}{value:g}", letter)
         return value
 
-    def error(self, meaning: str, what: str, at: str | int = "") -> ProgramError:
-        """Return the error that refuses this block; arguments as for `finding`."""
-        return ProgramError(self.finding(meaning, what, at))
-
-    def finding(self, meaning: str, what: str, at: str | int = "") -> Finding:
-        """Return a finding about this block.
-
-        Args:
-            meaning: key of MEANINGS.
-            what: what is wrong; the table adds what would be right.
-            at: the word at fault: a letter, a code such as "G43.4", or the index of a token.
-        """
-        index = at if isinstance(at, int) else self._index(at)
-        return self._finding(meaning, what, self._column(index))
-
     def error_at(self, place: int, meaning: str, what: str) -> ProgramError:
         """Return the error that refuses this block, at an index of `compact`."""
-        return ProgramError(self._finding(meaning, what, self._column_of(place)))
+        return ProgramError(self.finding_in(meaning, what, self._column_of(place)))
 
-    def _finding(self, meaning: str, what: str, column: int) -> Finding:
-        code, right = MEANINGS[meaning]
-        return Finding(
-            code,
-            f"{what}: {right}",
-            meaning=meaning,
-            file=self.file,
-            line=self.line,
-            column=column,
-            block=self.text,
-        )
+    def column(self, at: str | int) -> int:
+        """Return the 1-based column of a letter, a code such as "G43.4", or a token by its index.
+
+        Words are read from a copy of the line without blanks; only a finding needs the place in
+        the line itself, so it is looked up here and not carried along.
+        """
+        index = at if isinstance(at, int) else self._index(at)
+        if self.places is not None:
+            return self._column_of(self.places[index] if index < len(self.places) else 0)
+        rest = sum(sum(map(len, map(str, token))) for token in self.tokens[index:])
+        return self._column_of(len(self.compact) - rest)
 
     def _index(self, word: str) -> int:
         """Return the index of the first token that is the letter or code `word`, else 0."""
@@ -154,17 +128,6 @@ class Block:
             if token[0] == letter and (not number or float(token[1]) == float(number)):
                 return index
         return 0
-
-    def _column(self, index: int) -> int:
-        """Return the 1-based column at which token `index` begins.
-
-        Words are read from a copy of the line without blanks; only a finding needs the place in
-        the line itself, so it is looked up here and not carried along.
-        """
-        if self.places is not None:
-            return self._column_of(self.places[index] if index < len(self.places) else 0)
-        behind = sum(sum(map(len, map(str, token))) for token in self.tokens[index:])
-        return self._column_of(len(self.compact) - behind)
 
     def _column_of(self, place: int) -> int:
         """Return the 1-based column of an index of `compact`."""

@@ -9,8 +9,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from gcodesim.nc.control.program_flow import Flow, FlowError, Source
+from gcodesim.nc.control.program_flow import FlowError, Source
 from gcodesim.nc.iso.calls import split_number
+from gcodesim.nc.iso.jumps import Jumps
 from gcodesim.nc.iso.structure import compact
 
 CALLS = (b"M98", b"m98", b"G65", b"g65")
@@ -24,12 +25,12 @@ FAR = 1 << 24
 """Bytes into a program after which calls are left to be found when they run."""
 
 
-def missing_call(flow: Flow, dialect: str) -> tuple[int, str, FlowError] | None:
+def missing_call(jumps: Jumps, m98_p: str) -> tuple[int, str, FlowError] | None:
     """Return line index, code and error of the first such call, None when there is none.
 
     A call in a block that is wrong otherwise, or may be deleted, is left alone.
     """
-    source = flow.sources[0]
+    source = jumps.flow.sources[0]
     for index in _certain_calls(source):
         text = compact(source.lines[index])
         number = NUMBER.search(text)
@@ -39,9 +40,9 @@ def missing_call(flow: Flow, dialect: str) -> tuple[int, str, FlowError] | None:
         code = "G65" if "G65" in text else "M98"
         program = int(number[1])
         if code == "M98" and "L" not in text:
-            _, program = split_number(program, dialect)
+            _, program = split_number(program, m98_p)
         try:
-            flow.find_program(program)
+            jumps.find_program(program)
         except FlowError as error:
             return index, code, error
     return None
@@ -51,7 +52,7 @@ def _certain_calls(source: Source) -> Iterator[int]:
     """Yield the lines that call, as long as nothing stands before them that may go elsewhere."""
     lines = source.lines
     begin = int(lines.bounds[source.begin])
-    end = min(int(lines.bounds[source.structure.end]), begin + FAR)
+    end = min(int(lines.bounds[source.end]), begin + FAR)
     if not any(lines.data.find(letter, begin, end) >= 0 for letter in (b"P", b"p")):
         # Every call has a P word; in long programs one letter is found much faster than three.
         return

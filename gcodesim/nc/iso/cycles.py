@@ -1,20 +1,28 @@
-"""Canned cycles: every hole expanded into the moves the control makes (nc-language section 7)."""
+"""Canned cycles: words kept from hole to hole, and the steps each cycle takes at one point."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeVar
 
-from gcodesim.nc.control.arcs import CENTRE_WORDS
-from gcodesim.nc.control.state import State
+from gcodesim.nc.control.columns import CENTRE_WORDS, MOTION
+from gcodesim.nc.control.drilling import (
+    Dwell,
+    FeedTo,
+    Hole,
+    ManualStop,
+    RapidTo,
+    Shift,
+    Step,
+    drill,
+)
+from gcodesim.nc.control.modal import Motion
 from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.modes import dwell_seconds
-from gcodesim.nc.iso.motion import feed_of, move, plane_target
-from gcodesim.nc.program import AXES, PLANES, Kind
-
-END_OF_MOTION = 800
-MACHINE_COORDINATES = 530
+from gcodesim.nc.iso.motion import target
+from gcodesim.nc.program import AXES, PLANES
 
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
@@ -22,122 +30,93 @@ MAX_STEPS = 100_000
 SAME_LEVEL_MM = 1e-9
 """A peck this near to the bottom is the last: inches must not leave a peck of 1e-14 mm."""
 
-NEEDED = {
-    **dict.fromkeys((730, 830), "Q"),
-    **dict.fromkeys((740, 760, 810, 820, 840, 850, 860, 870, 880, 890), ""),
-}
-"""Cycle -> words it cannot do without, besides R and the depth."""
-
 KEPT = "RQPIJ"
 """Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""
 
-
 SHIFTS = {"+X": (1.0, 0.0), "-X": (-1.0, 0.0), "+Y": (0.0, 1.0), "-Y": (0.0, -1.0)}
-"""Control.bore_shift -> way along the two axes of the plane."""
+"""Readings.bore_shift -> way along the two axes of the plane."""
 
 
-@dataclass(slots=True)
-class Hole:
-    """One hole being made; levels are program values of the depth axis [mm].
+@dataclass(frozen=True, slots=True)
+class Words:
+    """What the words of the active cycle say; levels are program values of the depth axis [mm].
 
     Attributes:
-        w: index of the depth axis.
         r, z: R level and bottom.
         initial: depth-axis value when the cycle became modal.
+        out: level the hole is left to.
+        depths: levels of the pecks, the last one the bottom.
         q: peck depth or shift [mm], 0 when not given.
-        seconds: dwell at the bottom.
+        back_off: how far above the last depth pecks stop [mm].
+        shift: way off the wall [mm].
+        dwell: at the bottom.
     """
 
-    state: State
-    block: Block
-    w: int
     r: float
     z: float
     initial: float
+    out: float
+    depths: list[float]
     q: float
-    seconds: float
-
-    @property
-    def out(self) -> float:
-        """Level the hole is left to: G98 the initial one, G99 R."""
-        return max(self.initial, self.r) if self.state.modal.cycle_return == 980 else self.r
-
-    def rapid(self, level: float) -> None:
-        """Rapid the depth axis to a level."""
-        self._go(Kind.RAPID, level)
-
-    def feed(self, level: float) -> None:
-        """Feed the depth axis to a level."""
-        self._go(Kind.FEED, level)
-
-    def shift(self, u: float, v: float) -> None:
-        """Rapid sideways in the plane by (u, v) [mm]."""
-        state = self.state
-        i, j, _ = PLANES[state.modal.plane]
-        point = state.point.copy()
-        point[i], point[j] = point[i] + u, point[j] + v
-        _rapid(state, self.block, point)
-
-    def dwell(self) -> None:
-        """Stand still at the bottom."""
-        if self.seconds:
-            self.state.recorder.add(Kind.DWELL, self.block.row, f=self.seconds)
-
-    def _go(self, kind: Kind, level: float) -> None:
-        state = self.state
-        point = state.point.copy()
-        point[self.w] = level
-        f = feed_of(state, self.block) if kind == Kind.FEED else 0.0
-        move(state, self.block, kind, state.reach(point), f)
-        state.point = point
+    back_off: float
+    shift: Shift
+    dwell: Dwell
 
 
-AnyHole = TypeVar("AnyHole", bound=Hole)
-
-
-def run_cycle(state: State, block: Block, number: int) -> None:
+def run_cycle(state: IsoState, block: Block, number: int) -> None:
     """G73 G74 G76 G81-G89: keep the words, and make a hole at every position of the block."""
-    if block.has("G", MACHINE_COORDINATES):
+    if block.has("G", G.MACHINE_COORDINATES):
         raise block.error("axis_without_motion", "G53 in a cycle", "G53")
-    modal = state.modal
-    if not modal.cycle:
-        modal.cycle_words = {}
-        modal.initial = state.point[PLANES[modal.plane][2]]
-    if modal.cycle != number:
-        modal.cycle_words = {k: v for k, v in modal.cycle_words.items() if k in "RZ"}
-    modal.cycle = number
-    if state.control.dialect.g80 == "motion":
-        modal.motion = END_OF_MOTION
+    codes, modal = state.codes, state.modal
+    if not codes.cycle:
+        codes.cycle_words = {}
+        codes.initial = state.point[PLANES[modal.plane][2]]
+    if codes.cycle != number:
+        codes.cycle_words = {k: v for k, v in codes.cycle_words.items() if k in "RZ"}
+    codes.cycle, modal.drilling = number, True
+    if state.control.readings.g80 == "motion":
+        modal.motion = Motion.NONE
     _keep_words(state, block)
     repeats = _repeats(state, block, number)
     if not block.moves or not repeats:
         return
-    check_words(state, block, number)
-    state.holes += repeats
+    _check_words(state, block, number)
+    hole = _hole(state, block, number, repeats)
+    state.holes += repeats * hole.counted
     for _ in range(repeats):
-        _make_hole(state, block, number)
+        drill(state, hole, target(state, block))
 
 
-def _keep_words(state: State, block: Block) -> None:
+def _keep_words(state: IsoState, block: Block) -> None:
     """Keep lengths in mm and the dwell in seconds, as they were meant when they were read."""
-    modal, values = state.modal, block.values
-    depth = AXES[PLANES[modal.plane][2]]
+    codes, values = state.codes, block.values
+    depth = AXES[PLANES[state.modal.plane][2]]
     if rotary := next((letter for letter in "ABC" if letter in values), ""):
         raise block.error("rotary_in_cycle", f"{rotary} in a cycle block", rotary)
     for letter in KEPT:
         if letter in values:
-            modal.cycle_words[letter] = values[letter] * state.scale
+            codes.cycle_words[letter] = values[letter] * state.scale
     if "P" in values:
-        modal.cycle_words["P"] = dwell_seconds(state, block, "P")
+        codes.cycle_words["P"] = dwell_seconds(state, block, "P")
     if depth in values:
-        modal.cycle_words["Z"] = values[depth] * state.scale
-    if modal.cycle == 870 and state.control.dialect.g87 == "centre" and "K" in values:
-        modal.cycle_words["K"] = values["K"] * state.scale
+        codes.cycle_words["Z"] = values[depth] * state.scale
+    if _is_centred(state, codes.cycle) and "K" in values:
+        codes.cycle_words["K"] = values["K"] * state.scale
 
 
-def _repeats(state: State, block: Block, number: int) -> int:
+def _is_centred(state: IsoState, number: int) -> bool:
+    """Tell whether this is back boring with centre words I J and the top K."""
+    return number == G.BACK_BORING and state.control.readings.g87 == "centre"
+
+
+def _is_shifted(state: IsoState, number: int) -> bool:
+    """Tell whether this is back boring with a shift: down beside the hole, and up."""
+    return number == G.BACK_BORING and state.control.readings.g87 != "centre"
+
+
+def _repeats(state: IsoState, block: Block, number: int) -> int:
     """Return how many holes L or K of this block asks for."""
-    centred = number == 870 and state.control.dialect.g87 == "centre"
+    centred = _is_centred(state, number)
     letter = "L" if "L" in block.values else "K" if "K" in block.values and not centred else ""
     repeats = block.whole(letter) if letter else 1
     if repeats > MAX_STEPS:
@@ -145,198 +124,186 @@ def _repeats(state: State, block: Block, number: int) -> int:
     return repeats
 
 
-def check_words(state: State, block: Block, number: int) -> None:
+def _check_words(state: IsoState, block: Block, number: int) -> None:
     """Check that the cycle has what it needs for a hole.
 
     Raises:
         ProgramError: it has not.
     """
-    modal = state.modal
-    words, code = modal.cycle_words, f"G{number // 10}"
-    depth = AXES[PLANES[modal.plane][2]]
-    centred = number == 870 and state.control.dialect.g87 == "centre"
-    needed = "ZR" + NEEDED[number] + ("Q" if number in (760, 870) and not centred else "")
-    for letter in needed + (CENTRE_WORDS[PLANES[modal.plane][2]] if centred else ""):
+    words, code = state.codes.cycle_words, f"G{number // 10}"
+    normal = PLANES[state.modal.plane][2]
+    centred, pecks = _is_centred(state, number), number in (G.CHIP_BREAKING, G.PECKING)
+    shifts = number in (G.FINE_BORING, G.BACK_BORING) and not centred
+    needed = "ZR" + "Q" * (pecks or shifts) + (CENTRE_WORDS[normal] if centred else "")
+    for letter in needed:
         if letter not in words:
-            name = depth if letter == "Z" else letter
+            name = AXES[normal] if letter == "Z" else letter
             raise block.error("cycle_word_missing", f"{code} without {name}", code)
-    if words.get("Q", 1.0) <= 0 and (number in (730, 830) or "Q" in needed):
+    if words.get("Q", 1.0) <= 0 and (pecks or shifts):
         raise block.error("cycle_q_not_positive", f"{code} with Q{words['Q']:g}", "Q")
-    if number == 820 and "P" not in words:
-        state.report(block.finding("cycle_dwell_missing", "G82 without P", "G82"))
-    if number in (740, 840) and modal.spindle not in (30, 40) and not modal.rigid_tapping:
+    if number == G.DWELL_DRILLING and "P" not in words:
+        state.report("cycle_dwell_missing", "G82 without P", "G82")
+    taps = number in (G.LEFT_TAPPING, G.TAPPING)
+    if taps and not state.modal.spindle_turns and not state.codes.rigid_tapping:
         raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
-    if number == 870 and not centred and modal.cycle_return == 990:
+    if _is_shifted(state, number) and state.codes.cycle_return == G.RETURN_TO_R:
         raise block.error("cycle_return_unusable", "G87 under G99", code)
 
 
-def _make_hole(state: State, block: Block, number: int) -> None:
-    """Go to the hole above the work, then through the steps of the cycle."""
-    hole = new_hole(Hole, state, block, number)
-    back_boring = _is_shifted(state, number)
-    if not back_boring and state.point[hole.w] < hole.r:
-        hole.rapid(hole.r)
-    _rapid(state, block, plane_target(state, block))
-    if not back_boring:
-        hole.rapid(hole.r)
-    STEPS[number](hole)
-
-
-def new_hole(make: type[AnyHole], state: State, block: Block, number: int) -> AnyHole:
-    """Return the hole that the words of the active cycle describe.
+def next_hole(state: IsoState) -> Hole | None:
+    """Return what every next hole of the active cycle does, None where something is to be said.
 
     Raises:
-        ProgramError: its bottom lies above its R level.
+        ProgramError: the hole would be refused.
     """
-    modal, words = state.modal, state.modal.cycle_words
-    incremental = modal.distance == 910
-    r = modal.initial + words["R"] if incremental else words["R"]
-    z = r + words["Z"] if incremental else words["Z"]
-    if z > r and not _is_shifted(state, number):
+    codes = state.codes
+    # G82 without P is reported for every hole.
+    if codes.cycle == G.DWELL_DRILLING and "P" not in codes.cycle_words:
+        return None
+    block = Block("", 0, "")
+    _check_words(state, block, codes.cycle)
+    return _hole(state, block, codes.cycle, 1)
+
+
+def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
+    """Return what the active cycle does at a point.
+
+    Raises:
+        ProgramError: its bottom lies above its R level, or it takes too many pecks.
+    """
+    codes = state.codes
+    kept, initial = codes.cycle_words, codes.initial
+    incremental = state.modal.incremental
+    r = initial + kept["R"] if incremental else kept["R"]
+    z = r + kept["Z"] if incremental else kept["Z"]
+    shifted = _is_shifted(state, number)
+    if z > r and not shifted:
         raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
-    w, q, seconds = PLANES[modal.plane][2], words.get("Q", 0.0), words.get("P", 0.0)
-    return make(state, block, w, r, z, modal.initial, q, seconds)
+    out = max(initial, r) if codes.cycle_return == G.RETURN_TO_START else r
+    q, readings = kept.get("Q", 0.0), state.control.readings
+    depths = _peck_depths(block, r, z, q, repeats) if number in PECKED else [z]
+    u, v = SHIFTS[readings.bore_shift]
+    shift, dwell = Shift(q * u, q * v), Dwell(kept.get("P", 0.0))
+    words = Words(r, z, initial, out, depths, q, readings.peck_backoff, shift, dwell)
+    steps = _back_bore_centred(state, words) if _is_centred(state, number) else STEPS[number](words)
+    counted = 1 + (int((r - z) / q) if number in PECKED and q else 0)
+    return Hole(steps, None if shifted else r, counted, _kept_in_columns(state, number))
 
 
-def _is_shifted(state: State, number: int) -> bool:
-    """Tell whether this is back boring with a shift: down beside the hole, and up."""
-    return number == 870 and state.control.dialect.g87 != "centre"
+def _kept_in_columns(state: IsoState, number: int) -> dict[str, float]:
+    """Return the words that change nothing when they are written again."""
+    words, depth = state.codes.cycle_words, AXES[PLANES[state.modal.plane][2]]
+    kept = {letter: words[letter] for letter in "QR" if letter in words}
+    return {**kept, depth: words["Z"], MOTION: number / 10}
 
 
-def _rapid(state: State, block: Block, point: list[float]) -> None:
-    move(state, block, Kind.RAPID, state.reach(point), 0.0)
-    state.point = point
-
-
-def _drill(hole: Hole) -> None:
-    """G81, G82."""
-    hole.feed(hole.z)
-    hole.dwell()
-    hole.rapid(hole.out)
-
-
-def _peck_depths(hole: Hole) -> list[float]:
+def _peck_depths(block: Block, r: float, z: float, q: float, repeats: int) -> list[float]:
     """Return the levels of the pecks, the last one the bottom."""
-    if not hole.q:
-        return [hole.z]
-    holes = _repeats(hole.state, hole.block, hole.state.modal.cycle)
-    count = holes * (hole.r - hole.z) / hole.q
-    hole.state.holes += int(min(count, MAX_STEPS)) // holes
-    if hole.q < 0 or count > MAX_STEPS:
-        raise hole.block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
+    if not q:
+        return [z]
+    count = repeats * (r - z) / q
+    if q < 0 or count > MAX_STEPS:
+        raise block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
     depths = []
-    depth = hole.r - hole.q
-    while depth > hole.z + SAME_LEVEL_MM:
+    depth = r - q
+    while depth > z + SAME_LEVEL_MM:
         depths.append(depth)
-        depth -= hole.q
-    return [*depths, hole.z]
+        depth -= q
+    return [*depths, z]
 
 
-def _peck(hole: Hole) -> None:
+def _drill(words: Words) -> list[Step]:
+    """G81, G82, G86."""
+    return [FeedTo(words.z), words.dwell, RapidTo(words.out)]
+
+
+def _peck(words: Words) -> list[Step]:
     """G83: out to R between pecks."""
-    depths = _peck_depths(hole)
-    back_off = hole.state.control.peck_backoff
-    for depth in depths[:-1]:
-        hole.feed(depth)
-        hole.rapid(hole.r)
-        hole.rapid(min(depth + back_off, hole.r))
-    hole.feed(depths[-1])
-    hole.dwell()
-    hole.rapid(hole.out)
+    steps: list[Step] = []
+    for depth in words.depths[:-1]:
+        back = min(depth + words.back_off, words.r)
+        steps += [FeedTo(depth), RapidTo(words.r), RapidTo(back)]
+    return [*steps, FeedTo(words.depths[-1]), words.dwell, RapidTo(words.out)]
 
 
-def _break_chips(hole: Hole) -> None:
+def _break_chips(words: Words) -> list[Step]:
     """G73: up by the back-off between pecks."""
-    depths = _peck_depths(hole)
-    for depth in depths[:-1]:
-        hole.feed(depth)
-        hole.rapid(depth + hole.state.control.peck_backoff)
-    hole.feed(depths[-1])
-    hole.dwell()
-    hole.rapid(hole.out)
+    steps: list[Step] = []
+    for depth in words.depths[:-1]:
+        steps += [FeedTo(depth), RapidTo(depth + words.back_off)]
+    return [*steps, FeedTo(words.depths[-1]), words.dwell, RapidTo(words.out)]
 
 
-def _tap(hole: Hole) -> None:
+def _tap(words: Words) -> list[Step]:
     """G84, G74: in and out at the feed, with Q in pecks."""
-    for depth in _peck_depths(hole):
-        hole.feed(depth)
-        hole.dwell()
-        hole.feed(hole.r)
-    hole.rapid(hole.out)
+    steps: list[Step] = []
+    for depth in words.depths:
+        steps += [FeedTo(depth), words.dwell, FeedTo(words.r)]
+    return [*steps, RapidTo(words.out)]
 
 
-def _bore(hole: Hole) -> None:
+def _bore(words: Words) -> list[Step]:
     """G85, G89: out at the feed."""
-    hole.feed(hole.z)
-    hole.dwell()
-    hole.feed(hole.r)
-    hole.rapid(hole.out)
+    return [FeedTo(words.z), words.dwell, FeedTo(words.r), RapidTo(words.out)]
 
 
-def _bore_and_stop(hole: Hole) -> None:
-    """G88: the operator retracts the tool, so nobody knows where it goes."""
-    hole.feed(hole.z)
-    hole.dwell()
-    hole.state.emit(Kind.STOP, hole.block)
-    hole.state.report(hole.block.finding("manual_retract", "G88", "G88"), "G88")
+def _bore_and_stop(words: Words) -> list[Step]:
+    """G88: the operator retracts the tool, and where to is unknown."""
+    return [FeedTo(words.z), words.dwell, ManualStop("G88")]
 
 
-def _fine_bore(hole: Hole) -> None:
+def _fine_bore(words: Words) -> list[Step]:
     """G76: out with the tool shifted off the wall."""
-    u, v = SHIFTS[hole.state.control.bore_shift]
-    hole.feed(hole.z)
-    hole.dwell()
-    hole.shift(hole.q * u, hole.q * v)
-    hole.rapid(hole.out)
-    hole.shift(-hole.q * u, -hole.q * v)
+    back = Shift(-words.shift.u, -words.shift.v)
+    return [FeedTo(words.z), words.dwell, words.shift, RapidTo(words.out), back]
 
 
-def _back_bore(hole: Hole) -> None:
-    """G87: down beside the hole, in, and bore upwards."""
-    state = hole.state
-    if state.control.dialect.g87 == "centre":
-        words = state.modal.cycle_words
-        letters = [CENTRE_WORDS[i] for i in PLANES[state.modal.plane]]
-        u, v, top = (words.get(letter, 0.0) for letter in letters)
-        top += hole.z if state.modal.distance == 910 else 0.0
-        ends = (hole.z, top, hole.z, hole.out)
-    else:
-        u, v = (hole.q * way for way in SHIFTS[state.control.bore_shift])
-        ends = (hole.r, hole.z, hole.z, hole.initial)
+def _back_bore(words: Words) -> list[Step]:
+    """G87 with a shift: down beside the hole, in, and bore upwards."""
+    ends = words.r, words.z, words.z, words.initial
+    return _back_bored(words, words.shift, ends)
+
+
+def _back_bore_centred(state: IsoState, words: Words) -> list[Step]:
+    """G87 with centre words I J and the top K."""
+    kept = state.codes.cycle_words
+    letters = [CENTRE_WORDS[i] for i in PLANES[state.modal.plane]]
+    u, v, top = (kept.get(letter, 0.0) for letter in letters)
+    top += words.z if state.modal.incremental else 0.0
+    return _back_bored(words, Shift(u, v), (words.z, top, words.z, words.out))
+
+
+def _back_bored(words: Words, shift: Shift, ends: tuple[float, float, float, float]) -> list[Step]:
     below, top, free, last = ends
-    hole.shift(u, v)
-    hole.rapid(below)
-    hole.shift(-u, -v)
-    hole.feed(top)
-    hole.dwell()
-    hole.feed(free)
-    hole.shift(u, v)
-    hole.rapid(last)
-    hole.shift(-u, -v)
-    hole.rapid(hole.out)
+    back = Shift(-shift.u, -shift.v)
+    return [
+        *(shift, RapidTo(below), back, FeedTo(top), words.dwell),
+        *(FeedTo(free), shift, RapidTo(last), back, RapidTo(words.out)),
+    ]
 
 
-STEPS: dict[int, Callable[[Hole], None]] = {
-    730: _break_chips,
-    740: _tap,
-    760: _fine_bore,
-    810: _drill,
-    820: _drill,
-    830: _peck,
-    840: _tap,
-    850: _bore,
-    860: _drill,
-    870: _back_bore,
-    880: _bore_and_stop,
-    890: _bore,
+PECKED = (G.CHIP_BREAKING, G.LEFT_TAPPING, G.PECKING, G.TAPPING)
+"""Cycles that reach the bottom by pecks of Q."""
+
+STEPS: dict[int, Callable[[Words], list[Step]]] = {
+    G.CHIP_BREAKING: _break_chips,
+    G.LEFT_TAPPING: _tap,
+    G.FINE_BORING: _fine_bore,
+    G.DRILLING: _drill,
+    G.DWELL_DRILLING: _drill,
+    G.PECKING: _peck,
+    G.TAPPING: _tap,
+    G.BORING: _bore,
+    G.STOP_BORING: _drill,
+    G.BACK_BORING: _back_bore,
+    G.MANUAL_BORING: _bore_and_stop,
+    G.DWELL_BORING: _bore,
 }
 """Cycle -> what it does after the approach; G86 moves as G82 does."""
 
-assert STEPS.keys() == NEEDED.keys()
 
-
-def end_cycle(state: State, block: Block, number: int) -> None:
+def end_cycle(state: IsoState, block: Block, number: int) -> None:
     """G80: no cycle from here on; where the dialect says so, no motion mode either."""
-    state.modal.cycle = 0
-    if state.control.dialect.g80 == "motion":
-        state.modal.motion = number
+    state.codes.cycle, state.modal.drilling = 0, False
+    if state.control.readings.g80 == "motion":
+        state.modal.motion = Motion.NONE

@@ -76,7 +76,7 @@ def _blanks(match: re.Match[str]) -> str:
     return " " * len(match[0])
 
 
-def explain(block: Block, index: int) -> ProgramError:
+def not_a_word(block: Block, index: int) -> ProgramError:
     """Return the error for token `index`, which is no word."""
     character = block.tokens[index][2]
     if character.isalpha() and character.isascii():

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import re
 
-from gcodesim.nc.control.program_flow import Flow, FlowError
-from gcodesim.nc.control.state import LIMIT, State
+from gcodesim.nc.control.program_flow import FlowError
+from gcodesim.nc.control.state import LIMIT
 from gcodesim.nc.iso.block import Block, Token
 from gcodesim.nc.iso.expressions import Evaluate
+from gcodesim.nc.iso.jumps import Jumps
+from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import ALARM, ExpressionError, Parameters
 from gcodesim.nc.iso.statements import Statement, assign, parse
 from gcodesim.nc.iso.structure import compact
@@ -23,32 +25,31 @@ class Macros:
     """Evaluates macro text against the parameters, and moves the flow.
 
     Attributes:
-        state, parameters, flow: what it works on.
+        state, parameters, jumps: what it works on.
     """
 
-    def __init__(self, state: State, parameters: Parameters, flow: Flow) -> None:
-        self.state, self.parameters, self.flow = state, parameters, flow
-        self._block = Block("", 0, "")
+    def __init__(self, state: IsoState, parameters: Parameters, jumps: Jumps) -> None:
+        self.state, self.parameters, self.jumps = state, parameters, jumps
+        self.flow = jumps.flow
         self._branches: dict[int, Statement] = {}
         parameters.undefined = self._undefined
 
     def read(self, block: Block) -> Statement:
-        """Work out the words of a block, then carry out its assignments.
+        """Evaluate the words of a block, then carry out its assignments.
 
         Raises:
             ProgramError: the text cannot be read, or a value does not exist.
         """
-        self._block = block
         try:
             statement = block.statement
             if statement is None:
-                statement = block.statement = parse(block.compact, self.parameters.language)
+                statement = block.statement = parse(block.compact, self.parameters.rules)
             tokens: list[Token] = []
             places: list[int] = []
             for letter, number, evaluate, place in statement.words:
-                worth = self._worth(block, letter, evaluate, place) if evaluate else number
-                if worth is not None:
-                    tokens.append((letter, worth, ""))
+                value = self._value_of(block, letter, evaluate, place) if evaluate else number
+                if value is not None:
+                    tokens.append((letter, value, ""))
                     places.append(place)
             block.tokens, block.places = tokens, places
             if statement.assignments and (statement.control != "THEN" or self._holds(statement)):
@@ -59,19 +60,19 @@ class Macros:
             self._stop_request(block, *self.state.stop_request)
         return statement
 
-    def _worth(self, block: Block, letter: str, evaluate: Evaluate, place: int) -> float | None:
+    def _value_of(self, block: Block, letter: str, evaluate: Evaluate, place: int) -> float | None:
         """Return the value of a word; None where a vacant parameter drops it."""
         number = evaluate(self.parameters)
         if number is None:
             what = f"{letter} without a value is left out"
-            self.state.report(block.finding("parameter_undefined", what), letter)
+            self.state.report("parameter_undefined", what, subject=letter)
         elif not -LIMIT <= number <= LIMIT:
             raise ExpressionError("number_too_large", f"{letter}{number:g}", place)
         return number
 
     def _undefined(self, number: int) -> None:
         what = f"#{number} is used as 0"
-        self.state.report(self._block.finding("parameter_undefined", what), f"{number}")
+        self.state.report("parameter_undefined", what, subject=f"{number}")
 
     def _stop_request(self, block: Block, number: int, value: float) -> None:
         """#3000 raises an alarm, #3006 stops the program."""
@@ -79,7 +80,7 @@ class Macros:
         if number == ALARM:
             text = block.text[block.text.find("(") :] if "(" in block.text else f"{value:g}"
             raise block.error("macro_alarm", f"alarm {text.strip()}")
-        self.state.emit(Kind.STOP, block)
+        self.state.emit(Kind.STOP)
 
     def message(self, text: str) -> str:
         """Return the text of a message with the values of its parameters."""
@@ -109,7 +110,7 @@ class Macros:
             elif statement.control == "GOTO":
                 if self._holds(statement):
                     number = statement.to(self.parameters) if statement.to else None
-                    self.flow.go_to_number(self._whole(number))
+                    self.jumps.go_to_number(self._whole(number))
             else:
                 self._loop(statement)
         except ExpressionError as error:
@@ -119,7 +120,7 @@ class Macros:
 
     def _loop(self, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
-        partner = flow.source.structure.partner.get(line)
+        partner = self.jumps.structure(flow.source).partner.get(line)
         if partner is None:
             raise FlowError("block_structure", f"{statement.control} {statement.label} alone")
         if statement.control == "END":
@@ -129,7 +130,7 @@ class Macros:
 
     def _o_word(self, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
-        structure, word = flow.source.structure, statement.control[2:]
+        structure, word = self.jumps.structure(flow.source), statement.control[2:]
         partner = structure.partner.get(line, -1)
         if partner < 0 and line not in structure.loop_of and word not in ALONE:
             raise FlowError("block_structure", f"O{statement.label} {word} alone")
@@ -158,27 +159,28 @@ class Macros:
 
     def _opens_by_test(self, opening: int) -> bool:
         """Tell whether a loop begins with WHILE."""
-        lines, closing = self.flow.source.lines, self.flow.source.structure.partner[opening]
+        source = self.flow.source
+        lines, closing = source.lines, self.jumps.structure(source).partner[opening]
         return "WHILE" in lines[opening].upper().replace(" ", "") and closing > opening
 
     def _sub(self, statement: Statement, word: str, partner: int) -> None:
         flow = self.flow
         if word == "CALL":
             values = [value(self.parameters) for value in statement.arguments]
-            flow.call_sub(statement.label, values)
+            self.jumps.call_sub(statement.label, values)
         elif word == "SUB":
             flow.index = partner + 1
         elif flow.is_main:
             raise FlowError("block_structure", f"{word} outside a call")
         else:
             value = [value(self.parameters) for value in statement.arguments[:1]]
-            flow.leave()
+            self.jumps.leave()
             if value:
                 self.parameters.set_named("_VALUE", value[0])
 
     def _branch(self, line: int) -> int:
         """Return the line of the branch whose condition holds, or of ENDIF."""
-        branches = self.flow.source.structure.next_branch
+        branches = self.jumps.structure(self.flow.source).next_branch
         at: int | None = line
         while at is not None:
             statement = self._statement_of(at)
@@ -191,11 +193,11 @@ class Macros:
         row = self.flow.source.first + line
         if row not in self._branches:
             text = compact(self.flow.source.lines[line]).lstrip("/")
-            self._branches[row] = parse(text, self.parameters.language)
+            self._branches[row] = parse(text, self.parameters.rules)
         return self._branches[row]
 
     def _end_of_if(self, line: int) -> int:
-        branches = self.flow.source.structure.next_branch
+        branches = self.jumps.structure(self.flow.source).next_branch
         while line in branches:
             line = branches[line]
         return line

@@ -3,22 +3,17 @@
 A block is plain when it holds nothing but blanks, one of CODES, N, F, Q, axis and arc words, each
 once, with numbers of up to 15 digits. Such numbers are an exact mantissa over an exact power of
 ten, whose quotient is correctly rounded, so they equal those that float() makes. Whatever is not
-plain for any reason is left to the block-by-block way, which knows what to say about it.
+plain for any reason is left to the reader, block by block, which knows what to say about it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.nc.control.columns import MOTION, Bools, Columns, Floats, Ints
 from gcodesim.nc.iso.lexer import MAX_LINE_LENGTH
 from gcodesim.nc.lines import Lines
-
-Bools = NDArray[np.bool_]
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 DIGIT, POINT, SIGN, LETTER, END, OTHER = range(6)
 """Kinds of characters; all but digits are marks, between which the digits stand."""
@@ -69,32 +64,9 @@ LAST = np.array([(0x0F0F0F0F0F0F0F0F >> 8 * (8 - n)) << 8 * (8 - n) for n in ran
 POWERS = 10.0 ** np.arange(DIGITS + 1)
 
 
-@dataclass(slots=True)
-class Words:
-    """Columns of n lines.
-
-    Attributes:
-        first: index of the first line.
-        plain, blank: the line is plain; it holds no word at all; shape (n,) each.
-        has, value: letter -> whether, and with which value, the line holds it, shape (n,) each.
-        ignored: ignored letter -> how often each line holds it, in the order first met.
-        run_end: index of the next line that is not plain, shape (n,), counted from `first`.
-        next_run: index of the next line at which a run long enough may begin, shape (n,).
-    """
-
-    first: int
-    plain: Bools
-    blank: Bools
-    has: dict[str, Bools]
-    value: dict[str, Floats]
-    ignored: dict[str, Ints]
-    run_end: Ints
-    next_run: Ints
-
-
 def scan(
     lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str], shortest: int = 1
-) -> Words:
+) -> Columns:
     """Read lines first to last (excluded) into columns.
 
     Args:
@@ -129,21 +101,13 @@ def scan(
     value, exact = _values(text, marks, kind, letter)
     word_line, name = line[letter], np.frombuffer(text, np.uint8)[marks[letter]]
     plain[word_line[~exact]] = False
-    none = np.zeros(0, np.int64)
-    words = Words(first, plain[:count], np.ones(count, bool), {}, {}, {}, none, none)
+    words = Columns(first, plain[:count], np.ones(count, bool), {}, {})
     words.blank[word_line[word_line < count]] = False
     _into_columns(words, word_line, name, value, axes, ignored)
     _check(words)
     words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
-    index = np.arange(count)
-    words.run_end = _next(~words.plain, index)
-    words.next_run = _next(words.run_end - index >= shortest, index)
+    words.find_runs(shortest)
     return words
-
-
-def _next(marked: Bools, index: Ints) -> Ints:
-    """Return for every line the next one that is marked, the line itself included."""
-    return np.minimum.accumulate(np.where(marked, index, len(index))[::-1])[::-1]
 
 
 def _values(
@@ -187,7 +151,7 @@ def _digits(digits: NDArray[np.uint64]) -> Floats:
 
 
 def _into_columns(
-    words: Words,
+    words: Columns,
     line: Ints,
     name: NDArray[np.uint8],
     value: Floats,
@@ -216,13 +180,15 @@ def _into_columns(
             words.ignored[letter] = np.bincount(line[found], minlength=count)
 
 
-def _check(words: Words) -> None:
-    """Take out what the block-by-block way may refuse: other codes, F0, broken block numbers."""
+def _check(words: Columns) -> None:
+    """Take out what the reader may refuse: other codes, F0, broken block numbers."""
     if "G" in words.has:
-        g = words.value["G"]
+        g = words.value[MOTION] = words.value.pop("G")
+        words.has[MOTION] = words.has.pop("G")
         words.plain &= np.isin(g, CODES) & ~np.signbit(g)
     if "F" in words.has:
         words.plain &= ~words.has["F"] | (words.value["F"] > 0.0)
     if "N" in words.has:
-        n = words.value["N"]
+        n = words.value.pop("N")
+        del words.has["N"]
         words.plain &= (n >= 0.0) & (n == np.floor(n))

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gcodesim.nc.control.frames import about_z
-from gcodesim.nc.control.state import State
 from gcodesim.nc.control.supply import ZERO, ToolEntry, WorkOffset
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.offsets import ADDITIONAL, axis_values
+from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.motion import axis_values
+from gcodesim.nc.iso.offsets import ADDITIONAL
 from gcodesim.nc.program import Frame, Kind
 
 FIXTURES = 9
 """Work offsets G54 to G59.3."""
 
 
-def set_table(state: State, block: Block, number: int) -> None:
+def set_table(state: IsoState, block: Block, number: int) -> None:
     """G10: L2 and L20 set work offsets, L1, L10 and L11 tools."""
     kind = block.values.get("L")
     if kind in (2.0, 20.0):
@@ -28,63 +28,67 @@ def set_table(state: State, block: Block, number: int) -> None:
         raise block.error("g10_bad_l", what, "L" if kind is not None else "G10")
 
 
-def _set_offset(state: State, block: Block, *, solve: bool) -> None:
+def _set_offset(state: IsoState, block: Block, *, solve: bool) -> None:
     index, solve = _offset_index(state, block, solve)
     if solve:
         _refuse_where_points_are_tips(state, block)
-    frames, values = state.frames, axis_values(state, block)
+    values = axis_values(state, block)
     old = state.offsets.get(index, WorkOffset())
     rotation = block.values.get("R", old.rotation)
-    active = index == state.work_offset
-    if active:
-        frames.rotation = rotation
     if solve:
         new = _solved(state, values, old.value, math.radians(rotation))
     else:
-        adds = state.modal.distance == 910 and state.control.dialect.name != "linuxcnc"
+        adds = state.modal.incremental and state.control.readings.g10_in_g91 == "adds"
         new = [
             values.get(i, 0.0) + v if adds or i not in values else values[i]
             for i, v in enumerate(old.value)
         ]
-    state.offsets[index] = WorkOffset((new[0], new[1], new[2], new[3], new[4], new[5]), rotation)
-    if active:
-        frames.g5x = new
-        state.reframe()
-        state.emit(Kind.G5X, block, new, aux=index)
+    offset = WorkOffset((new[0], new[1], new[2], new[3], new[4], new[5]), rotation)
+    state.offsets[index] = offset
+    if index == state.codes.offset:
+        state.set_work(offset)
+        state.emit(Kind.G5X, new, aux=index)
 
 
 def _solved(
-    state: State, values: dict[int, float], old: Sequence[float], angle: float
+    state: IsoState, values: dict[int, float], old: Sequence[float], angle: float
 ) -> list[float]:
     """Return the offset with which the current point reads the words, and what it read elsewhere.
 
     Where X and Y are turned, one word alone moves the origin in both.
     """
-    frames, cos, sin = state.frames, math.cos(angle), math.sin(angle)
-    held = [p - t for p, t in zip(state.position, frames.tool, strict=True)]
-    arm = about_z(cos, -sin, [h - o for h, o in zip(held, old, strict=True)])
-    words = [values.get(i, a - g) for i, (a, g) in enumerate(zip(arm, frames.g92, strict=True))]
-    turned = about_z(cos, sin, [w + g for w, g in zip(words, frames.g92, strict=True)])
+    cos, sin = math.cos(angle), math.sin(angle)
+    held = [p - t for p, t in zip(state.position, state.frames.tool, strict=True)]
+    arm = _about_z(cos, -sin, [h - o for h, o in zip(held, old, strict=True)])
+    words = [values.get(i, a - g) for i, (a, g) in enumerate(zip(arm, state.g92, strict=True))]
+    turned = _about_z(cos, sin, [w + g for w, g in zip(words, state.g92, strict=True)])
     named = values.keys() | ({0, 1} if angle and values.keys() & {0, 1} else set())
     return [held[i] - turned[i] if i in named else old[i] for i in range(6)]
 
 
-def _offset_index(state: State, block: Block, solve: bool) -> tuple[int, bool]:
+def _about_z(cos: float, sin: float, vector: list[float]) -> list[float]:
+    """Return a vector turned about Z by the angle with this cosine and sine."""
+    x, y, *rest = vector
+    return [cos * x - sin * y, sin * x + cos * y, *rest]
+
+
+def _offset_index(state: IsoState, block: Block, solve: bool) -> tuple[int, bool]:
     """Return the number of the work offset, and whether it is to be solved for.
 
-    L20 of Fanuc above P9, and of Haas, sets an additional offset (nc-language section 13).
+    P of L20 may name an additional offset, which its words set (readings.g10_l20).
     """
     value = block.values.get("P", 0.0)
-    dialect = state.control.dialect.name
-    additional = solve and (dialect == "haas" or (dialect == "fanuc" and value > FIXTURES))
+    reading = state.control.readings.g10_l20
+    additional = solve and reading == "additional"
+    additional = additional or (solve and reading == "above_9" and value > FIXTURES)
     if value < 0 or not value.is_integer() or (value > FIXTURES and not additional):
         raise block.error("g10_bad_p", f"G10 with P{value:g}", "P")
     if additional and value:
         return ADDITIONAL + int(value), False
-    return int(value) or state.work_offset, solve
+    return int(value) or state.codes.offset, solve
 
 
-def _set_tool(state: State, block: Block, kind: int) -> None:
+def _set_tool(state: IsoState, block: Block, kind: int) -> None:
     """L1: the words; L10: the current point reads them; L11: it reads them in G59.3.
 
     Fanuc and Haas give the length, or its wear, as R.
@@ -95,14 +99,14 @@ def _set_tool(state: State, block: Block, kind: int) -> None:
     tool = int(value)
     if state.tools is None:
         what = f"no tools file to change T{tool} in"
-        state.report(block.finding("tool_without_shape", what, "G10"), f"T{tool}")
+        state.report("tool_without_shape", what, "G10", subject=f"T{tool}")
         return
     if kind != 1:
         _refuse_where_points_are_tips(state, block)
     old = state.tools.get(tool, ToolEntry(tool, ZERO, 0.0))
     offset = list(old.offset)
     values = axis_values(state, block)
-    if state.control.dialect.name != "linuxcnc" and "R" in block.values:
+    if state.control.readings.g10_tool_r == "length" and "R" in block.values:
         length = block.values["R"] * state.scale
         offset[2] = offset[2] + length if kind == 11 else length
     fixture = state.offsets.get(FIXTURES, WorkOffset()).value
@@ -117,7 +121,7 @@ def _set_tool(state: State, block: Block, kind: int) -> None:
     state.tools[tool] = ToolEntry(tool, entry, old.diameter, old.name)
 
 
-def _refuse_where_points_are_tips(state: State, block: Block) -> None:
+def _refuse_where_points_are_tips(state: IsoState, block: Block) -> None:
     """Refuse to measure an offset or a tool where points are no axis positions."""
     if state.frame is not Frame.MACHINE or state.frames.carried is not None:
         what = f"G10 L{block.values['L']:g} with five-axis codes in force"

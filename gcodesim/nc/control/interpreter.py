@@ -1,0 +1,144 @@
+"""Interprets a program: line by line through its language, and runs of plain lines at once.
+
+A line is accepted whole or not at all: an error takes back what the line has recorded, and nothing
+after it is interpreted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from gcodesim.errors import OrientationError, ProgramError
+from gcodesim.findings.codes import Finding
+from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.place import Place
+from gcodesim.nc.control.program_flow import AllLines, Source
+from gcodesim.nc.control.runs import Runs
+from gcodesim.nc.program import CanonicalProgram
+
+
+@dataclass(frozen=True)
+class Interpretation:
+    """What a program means.
+
+    Attributes:
+        program: canonical commands up to the end, or to the block that stopped interpretation.
+        findings: in the order met; repeated ones once, with their count.
+        blocks: blocks interpreted.
+        last_line: line of the last block interpreted, 0 when there is none.
+        ignored: letters and codes dropped by the machine file: "word E (34148 times)".
+        unsupported: codes that were not followed: "G41 line 12".
+        stopped: a finding ended interpretation before the program's end.
+        lines: the lines of all texts, one after the other; line n is lines[n - 1].
+        files: name of every text, and the number of lines before it; the main program first.
+    """
+
+    program: CanonicalProgram
+    findings: tuple[Finding, ...]
+    blocks: int
+    last_line: int
+    ignored: tuple[str, ...]
+    unsupported: tuple[str, ...]
+    stopped: bool
+    lines: Sequence[str]
+    files: tuple[tuple[str, int], ...]
+
+    def place(self, line: int) -> tuple[str, int]:
+        """Return the file that a line of `lines` stands in, and its number there."""
+        file, before = next(entry for entry in reversed(self.files) if entry[1] < max(line, 1))
+        return file, line - before
+
+
+class Interpreter:
+    """Takes one program through its language.
+
+    Attributes:
+        language: reads the lines, and tells the control what they say.
+    """
+
+    def __init__(self, language: Language, progress: Callable[[float], None]) -> None:
+        self.language, self._progress = language, progress
+        self.state, self._flow = language.state, language.flow
+        self._runs = Runs(language)
+
+    def run(self, text: str, file: str) -> Interpretation:
+        """Interpret all lines up to the program's end or the first refused block."""
+        state, sources = self.state, self._flow.sources
+        stopped = not self._open(text, file) or not self._run_lines()
+        if not stopped and not state.ended:
+            lines = sources[0].lines
+            state.place = Place(file, max(len(lines), 1), lines[-1] if lines else "")
+            state.report("program_end_missing", "the program has no end")
+        return Interpretation(
+            program=state.recorder.program(state.start),
+            findings=state.findings,
+            blocks=state.blocks,
+            last_line=state.last_line,
+            ignored=tuple(
+                f"{what} ({count} time{'s' * (count > 1)})" for what, count in state.ignored.items()
+            ),
+            unsupported=tuple(state.unsupported),
+            stopped=stopped,
+            lines=AllLines(sources) if len(sources) > 1 else sources[0].lines,
+            files=tuple((source.file, source.first) for source in sources),
+        )
+
+    def _open(self, text: str, file: str) -> bool:
+        """Read the program's structure; return False when it cannot run."""
+        try:
+            self.language.open(text, file)
+        except ProgramError as error:
+            self.state.keep(error.finding)
+            return False
+        return True
+
+    def _run_lines(self) -> bool:
+        """Run lines; return False when one of them ended interpretation."""
+        state, flow = self.state, self._flow
+        most = flow.most_blocks
+        while not state.ended:
+            source, index = flow.source, flow.index
+            if index >= source.end:
+                return self._text_ended(source, index)
+            left = most - state.blocks - state.holes
+            if taken := self._runs.take(source, index, left):
+                flow.index = index + taken
+                self._progress(flow.index / len(source.lines))
+                continue
+            state.place = self.language.place(source, index)
+            flow.index = index + 1
+            if left <= 0:
+                # Texts that were called meanwhile have lines of their own.
+                most = flow.most_blocks
+                if state.blocks + state.holes >= most:
+                    state.report("max_blocks", flow.limit_reached)
+                    return False
+            if not self._run_line():
+                return False
+        return True
+
+    def _run_line(self) -> bool:
+        """Run one line; return False when it is refused."""
+        state, place = self.state, self.state.place
+        mark = len(state.recorder)
+        try:
+            self.language.run(place)
+        except ProgramError as error:
+            state.recorder.truncate(mark)
+            state.keep(error.finding)
+            return False
+        except OrientationError as error:
+            state.recorder.truncate(mark)
+            state.keep(place.finding(error.meaning, str(error)))
+            return False
+        return True
+
+    def _text_ended(self, source: Source, index: int) -> bool:
+        """Tell whether the main program may end here, after its text; a subprogram may not."""
+        self.state.ended = index < len(source.lines)
+        if self._flow.is_main:
+            return True
+        self.state.place = self.language.place(source, max(index - 1, 0))
+        self.state.report("block_structure", self.language.unfinished())
+        return False

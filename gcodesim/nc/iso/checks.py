@@ -1,0 +1,156 @@
+"""Checks a block as a whole: whether its codes and words go together, and what it does in order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from gcodesim.nc.control.modal import Motion, TipControl
+from gcodesim.nc.iso.actions import ACTIONS, Action
+from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.codes import G, motion_code
+from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.rows import Group, Order, Row
+from gcodesim.nc.iso.words import WORDS
+
+AXIS_LETTERS = frozenset("XYZABCUVW")
+ALWAYS_USED = frozenset("NOFST")
+CENTRE_WORDS = frozenset("IJKR")
+VECTOR_WORDS = frozenset("IJK")
+CYCLE_WORDS = frozenset("RQPIJKL")
+NO_MOTION = Row("G", G.CYCLE_OFF, Group.MOTION, Order.MOTION, "", "No motion mode")
+
+Todo = tuple[Action, int]
+"""An action, and the code it is called for."""
+
+
+class Checks:
+    """Step 3: codes and words of a block against the table and the modes in force.
+
+    Attributes:
+        state: of the control.
+        codes: rows of the dialect and the machine file, by letter and number in tenths.
+    """
+
+    def __init__(self, state: IsoState, codes: Mapping[tuple[str, int], Row]) -> None:
+        self.state, self.codes = state, codes
+        self._known: dict[tuple[object, ...], tuple[list[Todo], bool]] = {}
+
+    def checked(self, block: Block) -> list[Todo]:
+        """Return what a block does, in order; found once for all blocks of one kind.
+
+        Those have the same codes and letters, in the same motion mode.
+
+        Raises:
+            ProgramError: codes or words of the block do not go together.
+        """
+        values, modal, codes = block.values, self.state.modal, self.state.codes
+        key = (*block.rows, *values, modal.motion, codes.cycle, codes.tip, block.ignored)
+        known = self._known.get(key)
+        if known is None:
+            rows = self._check(block)
+            todo = [(ACTIONS[row.action], row.number) for row in rows if row.action]
+            if "O" not in values:
+                self._known[key] = todo, block.moves
+            return todo
+        todo, block.moves = known
+        if "N" in values and not _is_block_number(values["N"]):
+            raise block.error("integer_expected", f"N{values['N']:g}", "N")
+        return todo
+
+    def _check(self, block: Block) -> list[Row]:
+        """Check the block as a whole; return the rows to carry out, in their order."""
+        rows = self._agreeing_rows(block)
+        motion = next((row for row in rows if row.order is Order.MOTION), None)
+        others = [row for row in rows if row is not motion]
+        axis_words = block.values.keys() & AXIS_LETTERS
+        if block.ignored and not axis_words:
+            # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
+            others = [row for row in others if not row.takes_axes]
+        # Axis words belong to the code that takes them, and only else to motion.
+        takers = [
+            row
+            for row in others
+            if (row.takes_axes or axis_words & set(row.words)) and not (row.optional and motion)
+        ]
+        if len(takers) > 1:
+            what = f"{takers[0].name} and {takers[1].name} both take axis words"
+            raise block.error("modal_conflict", what, takers[1].name)
+        active = motion or self._active(rows)
+        vectors = active.action == "straight" and self._takes_vectors(block)
+        if not takers:
+            free = block.values.keys() - set("".join(row.words for row in others))
+            centred = motion is not None or free & CENTRE_WORDS
+            turns = active.action == "arc" and centred
+            block.moves = bool(axis_words or turns or (vectors and free & VECTOR_WORDS))
+            kept = active.group is Group.CYCLE and bool(free & CYCLE_WORDS)
+            others += [active] if block.moves or motion or kept else []
+        unclaimed = "unused_word" if takers else "axis_without_motion"
+        self._check_words(block, others, unclaimed, VECTOR_WORDS if vectors else frozenset())
+        others += [motion] if takers and motion else []
+        others += [row for letter, row in WORDS.items() if letter in block.values]
+        return sorted(others, key=lambda row: row.order)
+
+    def _active(self, rows: list[Row]) -> Row:
+        """Return the row of the motion code in force, of a block with these rows of its own."""
+        state = self.state
+        ended = any(row.group is Group.CYCLE for row in rows)
+        if ended and state.control.readings.g80 == "motion":
+            return NO_MOTION
+        if state.codes.cycle and not ended:
+            return self.codes["G", state.codes.cycle]
+        motion = state.modal.motion
+        return NO_MOTION if motion is Motion.NONE else self.codes["G", motion_code(motion)]
+
+    def _agreeing_rows(self, block: Block) -> list[Row]:
+        """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
+        rows = block.rows
+        if any(row.order is Order.MOTION for row in rows):
+            # G80 beside another motion code: the other code ends the cycle, or begins one.
+            rows = [row for row in rows if row.number != G.CYCLE_OFF or row.letter != "G"]
+        groups: dict[Group, Row] = {}
+        for row in rows:
+            group = Group.MOTION if row.group is Group.CYCLE else row.group
+            first = groups.setdefault(group, row)
+            if first is not row and group is not Group.NONE:
+                what = f"{first.name} and {row.name} are of one group"
+                raise block.error("modal_conflict", what, row.name)
+        for row in rows:
+            if row.refused:
+                self.state.unsupported.append(f"{row.name} line {block.line}")
+                raise block.error("unknown_g", f"{row.name} ({row.refused})", row.name)
+        return rows
+
+    def _takes_vectors(self, block: Block) -> bool:
+        """Tell whether a straight move takes I J K as the direction of the tool (G43.5)."""
+        length = [row.number for row in block.rows if row.group is Group.LENGTH]
+        if length:
+            return length[-1] == G.TIP_BY_VECTORS
+        return self.state.modal.tip_control is TipControl.VECTORS
+
+    def _check_words(
+        self, block: Block, rows: list[Row], unclaimed: str, more: frozenset[str]
+    ) -> None:
+        """Check that a code uses every letter, and that the machine has every axis.
+
+        Args:
+            block: the block.
+            rows: rows whose words may be used.
+            unclaimed: meaning of an axis word that none of them uses.
+            more: further letters that are used.
+        """
+        used = ALWAYS_USED.union(more, *(row.words for row in rows))
+        other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
+        for letter, value in block.values.items():
+            is_axis = letter in AXIS_LETTERS
+            if is_axis and letter not in self.state.control.axes and letter not in other_use:
+                self.state.unsupported.append(f"word {letter} line {block.line}")
+                raise block.error("unknown_word", f"{letter} is no axis here", letter)
+            if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
+                meaning = unclaimed if is_axis else "unused_word"
+                raise block.error(meaning, f"{letter}{value:g}", letter)
+            if letter == "N" and not _is_block_number(value):
+                raise block.error("integer_expected", f"N{value:g}", "N")
+
+
+def _is_block_number(value: float) -> bool:
+    return value >= 0 and value == value // 1

@@ -1,0 +1,198 @@
+"""Where a program goes on: blocks by number, subprograms by number or label, and their texts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
+from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.parameters import Locals, Parameters
+from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
+from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
+from gcodesim.nc.lines import Lines
+
+FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
+
+
+class Jumps:
+    """Moves the program flow as the text says.
+
+    Attributes:
+        state, flow, parameters: what it works on.
+    """
+
+    def __init__(self, state: IsoState, flow: ProgramFlow, parameters: Parameters) -> None:
+        self.state, self.flow, self.parameters = state, flow, parameters
+        self._structures: dict[int, Structure] = {}
+        self._opened: set[int] = set()
+        self._numbers: dict[int, dict[int, list[int]]] = {}
+
+    def open(self, text: str, file: str) -> None:
+        """Begin with the main program.
+
+        Raises:
+            ProgramError: its blocks do not close each other.
+        """
+        source = self.flow.add(text, file)
+        try:
+            self._read(source)
+        except StructureError as error:
+            block = Block(file, error.line + 1, source.lines[error.line])
+            raise block.error("block_structure", str(error)) from None
+        self.flow.index = source.begin
+
+    def _read(self, source: Source) -> None:
+        """Find the structure of a text."""
+        source.begin, opened = _opening_percent(source.lines)
+        if opened:
+            self._opened.add(source.first)
+        self._structures[source.first] = Structure(len(source.lines))
+        o_words = self.parameters.rules.o_words
+        structure = read_structure(source.lines, source.begin, opened, o_words)
+        self._structures[source.first] = structure
+        source.end = structure.end
+
+    def structure(self, source: Source) -> Structure:
+        """Return where a text may jump to."""
+        return self._structures[source.first]
+
+    def is_opened(self, source: Source) -> bool:
+        """Tell whether a text began with %."""
+        return source.first in self._opened
+
+    def carry_out(self, request: Request, block: Block) -> None:
+        """Do what a block has asked for.
+
+        Raises:
+            FlowError: it leads nowhere.
+        """
+        if isinstance(request, CallProgram):
+            self.call_program(request.number, request.repeats, request.arguments)
+        elif isinstance(request, CallBlock):
+            flow = self.flow
+            line = self._numbered(flow.source, request.number, flow.index)
+            flow.enter(flow.source, line, request.repeats)
+        else:
+            self._return(request.target, block)
+
+    def _return(self, target: int | None, block: Block) -> None:
+        """Return; in the main program one pass, or all over again."""
+        flow = self.flow
+        if not flow.is_main:
+            self.leave(target)
+        elif target is not None:
+            self.go_to_number(target)
+        elif self.state.control.readings.m99 == "restart":
+            start = self.structure(flow.source).span(flow.index - 1)[0]
+            flow.index = max(start, flow.source.begin)
+        else:
+            self.state.report("main_program_repeats", "M99 in the main program", "M99")
+            self.state.ended = True
+
+    def leave(self, block_number: int | None = None) -> None:
+        """Return from the running subprogram, or run it once more.
+
+        Args:
+            block_number: the block of the caller to go on at; None = after the call.
+        """
+        self.flow.leave(for_good=block_number is not None)
+        if block_number is not None:
+            self.go_to_number(block_number)
+
+    def go_to_number(self, number: int) -> None:
+        """Go on at block N of the running program: the next one after, else from its beginning.
+
+        Raises:
+            FlowError: there is none.
+        """
+        self.flow.index = self._numbered(self.flow.source, number, self.flow.index)
+
+    def _numbered(self, source: Source, number: int, index: int) -> int:
+        if source.first not in self._numbers:
+            self._numbers[source.first] = block_numbers(source.lines)
+        begin, end = self.structure(source).span(max(index - 1, 0))
+        places = [i for i in self._numbers[source.first].get(number, []) if begin <= i < end]
+        if not places:
+            raise FlowError("block_not_found", f"N{number}")
+        return next((i for i in places if i >= index), places[0])
+
+    def call_program(
+        self, number: int, repeats: int, arguments: Mapping[float, float | None] | None = None
+    ) -> None:
+        """Run subprogram O of this text, of the main program, or of a file beside it.
+
+        Args:
+            number: its O-number.
+            repeats: how often.
+            arguments: new local parameters; None = those of the caller stay.
+
+        Raises:
+            FlowError: there is none, it cannot be read, or calls nest too deep.
+        """
+        source, line = self.find_program(number)
+        if arguments is None:
+            self.flow.enter(source, line, repeats)
+        else:
+            self._enter(source, line, repeats, Locals(dict(arguments)))
+
+    def find_program(self, number: int) -> tuple[Source, int]:
+        """Return the text and the line at which subprogram O begins.
+
+        Raises:
+            FlowError: there is none, or it cannot be read.
+        """
+        for source in (self.flow.source, *self.flow.sources):
+            line = self.structure(source).programs.get(number)
+            if line is not None:
+                return source, line
+        names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
+        source = self._beside(names, f"O{number}")
+        return source, self.structure(source).programs.get(number, source.begin)
+
+    def call_sub(self, label: str, arguments: list[float | None]) -> None:
+        """Run an o-word subprogram of this text, of the main program, or of a file beside it."""
+        for source in (self.flow.source, *self.flow.sources):
+            if label in self.structure(source).subs:
+                break
+        else:
+            if not FILE_NAME.fullmatch(label):
+                raise FlowError("subprogram_not_found", f"o<{label.lower()}>")
+            name = label.lower()
+            source = self._beside((f"{name}.ngc", f"{name}.nc"), f"o<{name}>")
+            if label not in self.structure(source).subs:
+                raise FlowError("subprogram_not_found", f"o<{name}> in {source.file}")
+        numbers: dict[float, float | None] = dict.fromkeys(range(1, 31), 0.0)
+        numbers.update(enumerate(arguments[:30], start=1))
+        self._enter(source, self.structure(source).subs[label] + 1, 1, Locals(numbers))
+
+    def _enter(self, source: Source, line: int, repeats: int, own: Locals) -> None:
+        """Run a subprogram with local parameters of its own."""
+        parameters, before = self.parameters, self.parameters.local
+
+        def take_back() -> None:
+            parameters.local = before
+
+        if self.flow.enter(source, line, repeats, take_back):
+            parameters.local = own
+
+    def _beside(self, names: tuple[str, ...], what: str) -> Source:
+        """Return a text that stands in the folder of the main program, and nowhere else."""
+        source, is_new = self.flow.add_beside(names, what)
+        if is_new:
+            try:
+                self._read(source)
+            except StructureError as error:
+                place = f"{source.file}:{error.line + 1}"
+                raise FlowError("block_structure", f"{place}: {error}") from None
+        return source
+
+
+def _opening_percent(lines: Lines) -> tuple[int, bool]:
+    """Return the index of the first line to run, and whether a % stands before it."""
+    for index, line in enumerate(lines):
+        if line.strip():
+            opened = line.strip() == "%"
+            return index + 1 if opened else index, opened
+    return len(lines), False

@@ -1,0 +1,39 @@
+"""What a block may ask of the program flow; jumps.Jumps carries it out after the block."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class CallProgram:
+    """Run subprogram O.
+
+    Attributes:
+        number: its O-number.
+        repeats: how often.
+        arguments: its local parameters; None = those of the caller stay.
+    """
+
+    number: int
+    repeats: int
+    arguments: Mapping[float, float | None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CallBlock:
+    """Run from block N of the running program to M99 (M97)."""
+
+    number: int
+    repeats: int
+
+
+@dataclass(frozen=True, slots=True)
+class Return:
+    """Return from the running subprogram, to block N of the caller where there is one."""
+
+    target: int | None
+
+
+Request = CallProgram | CallBlock | Return

@@ -1,0 +1,111 @@
+"""What T, M6, M61 and the codes of tool length and tool centre point do; none moves an axis."""
+
+from __future__ import annotations
+
+from gcodesim.nc.control import tools
+from gcodesim.nc.control.five_axes import follows, set_tip_control
+from gcodesim.nc.control.modal import TipControl
+from gcodesim.nc.control.supply import ZERO
+from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.motion import axis_values
+
+TIP_CODES = (G.TIP, G.TIP_BY_VECTORS, G.TIP_OF_HAAS)
+
+M428 = 4280
+
+
+def select_tool(state: IsoState, block: Block, number: int) -> None:
+    """T."""
+    tools.select_tool(state, block.whole("T"), "T")
+
+
+def change_tool(state: IsoState, block: Block, number: int) -> None:
+    """M6: the selected tool goes into the spindle, which stops."""
+    tools.change_tool(state, "M6")
+
+
+def declare_tool(state: IsoState, block: Block, number: int) -> None:
+    """M61 Qn: tool n is in the spindle already."""
+    if "Q" not in block.values:
+        raise block.error("tool_not_found", "M61 without Q", "M61")
+    tool = block.whole("Q")
+    tools.check_tool(state, tool, "Q")
+    tools.load_tool(state, tool, "M61")
+
+
+def set_tool_length(state: IsoState, block: Block, number: int) -> None:
+    """G43 Hn, G43.2 Hn added, G44 Hn subtracted; without H the tool in the spindle.
+
+    They end what G43.4, G43.5 or G234 has begun, which take this way too.
+    """
+    value = _tool_offset(state, block)
+    if number == G.LENGTH_NEGATIVE:
+        value = [-v for v in value]
+    elif number == G.LENGTH_ADDED:
+        value = [old + v for old, v in zip(state.frames.tool, value, strict=True)]
+    _set_tool_offset(state, value, number)
+
+
+def set_tool_length_words(state: IsoState, block: Block, number: int) -> None:
+    """G43.1: the words are the tool offset."""
+    values = axis_values(state, block)
+    if not values:
+        raise block.error("axis_missing", "G43.1 without axis words", "G43.1")
+    value = [values.get(i, old) for i, old in enumerate(state.frames.tool)]
+    _set_tool_offset(state, value, number)
+
+
+def _set_tool_offset(state: IsoState, value: list[float], number: int) -> None:
+    codes = state.codes
+    codes.length = number
+    kept = M428 if codes.tip == M428 else 0
+    followed = state.control.kinematics is not None
+    codes.tip = number if number in TIP_CODES and followed else kept
+    tools.set_length(state, value, _tips(codes.tip))
+
+
+def _tips(code: int) -> TipControl:
+    """Return what a code of tool centre point control says of X Y Z and I J K; 0 for none."""
+    if not code:
+        return TipControl.OFF
+    return TipControl.VECTORS if code == G.TIP_BY_VECTORS else TipControl.ANGLES
+
+
+def _tool_offset(state: IsoState, block: Block) -> list[float]:
+    """Return the offset that H names, or that of the tool in the spindle without H."""
+    entry = block.whole("H") if "H" in block.values else state.modal.tool
+    if entry == 0 and state.control.readings.h0 == "spindle":
+        entry = state.modal.tool
+    return tools.length_of(state, entry, "H", "G43")
+
+
+def set_tool_centre_point(state: IsoState, block: Block, number: int) -> None:
+    """G43.4 H, G43.5 H, G234 H, M428: X Y Z are the tip, seen from the part.
+
+    Rotary words are axis positions; under G43.5 I J K is the direction of the tool instead.
+    """
+    is_m_code = block.has("M", number)
+    if state.modal.table_offset or "table" in state.unfollowed:
+        raise block.error("five_axis_conflict", "a five-axis code under a table offset")
+    if not is_m_code:
+        set_tool_length(state, block, number)
+    name = f"M{number // 10}" if is_m_code else f"G{number / 10:g}"
+    if follows(state, "length", name):
+        # The same code once more changes nothing; another one may hold another table.
+        tool = None if state.codes.tip == number else state.frames.tool
+        state.codes.tip = number
+        set_tip_control(state, _tips(number), tool)
+
+
+def cancel_tool_centre_point(state: IsoState, block: Block, number: int) -> None:
+    """G49, which ends the tool length too, M429."""
+    state.codes.tip = 0
+    if number != G.LENGTH_OFF:
+        set_tip_control(state, TipControl.OFF)
+        return
+    state.codes.length = number
+    set_tip_control(state, TipControl.OFF)
+    if any(state.frames.tool):
+        tools.set_length(state, list(ZERO), TipControl.OFF)
