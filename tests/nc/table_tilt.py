@@ -61,6 +61,9 @@ class TableTilt:
     def axes_at(self, tips, rotary, offset):
         return np.hstack([self.carried(tips, rotary) + offset, rotary])
 
+    def axis_directions(self, vectors, rotary):
+        return self.carried(vectors, rotary) - self.carried(np.zeros_like(vectors), rotary)
+
     def directions(self, rotary):
         a, c = np.radians(np.asarray(rotary)[:, [0, 2]]).T * -self.sign
         return np.stack([np.sin(c) * np.sin(a), -np.cos(c) * np.sin(a), np.cos(a)], axis=1)

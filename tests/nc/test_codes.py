@@ -2,15 +2,19 @@
 
 from gcodesim.findings.codes import CODES
 from gcodesim.findings.meanings import MEANINGS
-from gcodesim.nc.control.modal import Modal
-from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.modal import Modal, Motion
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.interpret import interpret
-from gcodesim.nc.iso.words import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
+from gcodesim.nc.iso.actions import ACTIONS
+from gcodesim.nc.iso.codes import motion_code
+from gcodesim.nc.iso.rows import AXIS_WORDS, Group, Order
+from gcodesim.nc.iso.words import TABLE, WORDS, codes_for, codes_of
+from gcodesim.nc.program import Plane
 
 
 def test_a_dialect_has_each_code_once():
-    for dialect in DIALECTS.values():
-        rows = [r for r in TABLE if not r.dialects or dialect.name in r.dialects.split()]
+    for dialect in ROWS:
+        rows = [row for row in TABLE if not row.dialects or dialect in row.dialects.split()]
         assert len(codes_of(dialect)) == len(rows)
 
 
@@ -22,7 +26,7 @@ def test_names_are_those_people_write():
 def test_a_refused_code_says_why_and_does_nothing():
     refused = [row for row in TABLE if row.refused]
     assert {"G66", "G67", "G76"} == {row.name for row in refused}
-    assert all(row.action is None for row in refused)
+    assert all(not row.action for row in refused)
 
 
 def test_every_refused_code_stops_naming_code_and_line(control):
@@ -38,7 +42,7 @@ def test_every_refused_code_stops_naming_code_and_line(control):
 
 def test_two_codes_of_one_group_never_share_a_block(control):
     by_group = {}
-    for row in codes_of(DIALECTS["linuxcnc"]).values():
+    for row in codes_of("linuxcnc").values():
         by_group.setdefault(row.group, []).append(row.name)
     for group, names in by_group.items():
         if group is not Group.NONE and len(names) > 1 and "G80" not in names[:2]:
@@ -71,11 +75,17 @@ def test_codes_run_in_the_order_of_the_language():
     }
 
 
-def test_listed_codes_replace_refused_ones_only(control):
-    rows = codes_for(control(g_codes={1.0: "none", 68.2: "none", 500.0: "none"}))
-    assert rows["G", 10].action is codes_of(DIALECTS["fanuc"])["G", 10].action
-    assert not codes_for(control(g_codes={66.0: "none"}))["G", 660].refused
+def test_listed_codes_replace_refused_ones_only():
+    rows = codes_for("fanuc", (1.0, 66.0, 68.2, 500.0), (6.0, 900.0))
+    assert rows["G", 10].action == "straight"
+    assert not rows["G", 660].refused
     assert ("G", 5000) in rows
+    assert (rows["M", 60].action, rows["M", 9000].action) == ("change_tool", "listed_m")
+
+
+def test_every_action_of_the_table_exists_and_every_action_is_in_the_table():
+    named = {row.action for row in (*TABLE, *WORDS.values()) if row.action}
+    assert named | {"listed_g", "listed_m", "unknown_m"} == set(ACTIONS)
 
 
 def test_meanings_name_codes_that_exist():
@@ -85,4 +95,6 @@ def test_meanings_name_codes_that_exist():
 
 def test_the_start_state_is_that_of_the_language():
     modal = Modal()
-    assert (modal.motion, modal.plane, modal.distance, modal.feed_mode) == (800, 170, 900, 940)
+    assert (modal.motion, modal.plane, modal.feed_mode) == (Motion.NONE, Plane.XY, 94)
+    assert not modal.incremental
+    assert motion_code(modal.motion) == 800

@@ -58,7 +58,7 @@ def test_a_toy_language_moves_cuts_arcs_and_loops():
     assert program.aux[0] == 3
     np.testing.assert_allclose(program.to[1, :3], [10.0, 20.0, 5.0])
     np.testing.assert_allclose(program.to[-1, :3], [11.0, 22.0, 50.0])
-    assert (meaning.blocks, meaning.last_line) == (14, 10)
+    assert (meaning.blocks, meaning.last_line) == (16, 10)
     assert {finding.meaning for finding in meaning.findings} == {
         *("tool_without_shape", "spindle_off_feed", "program_end_missing")
     }
@@ -166,7 +166,7 @@ def test_a_tilted_tool_goes_back_along_itself():
     before = made.axes
     moves.retract(made, 10.0)
     kinematics = TableTilt()
-    tips = kinematics.tips(np.array([before, made.axes]), np.zeros((1, 3)))
+    tips = kinematics.tips(np.array([before, made.axes]), np.zeros((2, 3)))
     direction = kinematics.directions(np.array([before[3:]]))[0]
     np.testing.assert_allclose(tips[1] - tips[0], 10.0 * direction, atol=1e-9)
 

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nc.controls import make_control
 
-from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.runs import Runs
-from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
+from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.nc.program import Kind
@@ -16,18 +16,18 @@ from gcodesim.nc.program import Kind
 PROGRAM = Path(__file__).parents[1] / "data" / "real" / "mamp_model1_bc.nc"
 
 
-CONTROL = Control(
-    DIALECTS["fanuc"],
+CONTROL = make_control(
+    "fanuc",
     axes="XYZBC",
     tool_for_all=True,
-    ignore_words=frozenset("E"),
+    ignore_words=("E",),
     m_codes={104: "none", 109: "none"},
 )
 
 
 def test_every_line_of_a_printing_path_is_followed():
     meaning = interpret(read_program(PROGRAM), CONTROL, PROGRAM.name)
-    assert (meaning.blocks, meaning.last_line, meaning.line_count) == (34453, 34453, 34453)
+    assert (meaning.blocks, meaning.last_line, len(meaning.lines)) == (34453, 34453, 34453)
     assert not meaning.stopped
     assert [finding.meaning for finding in meaning.findings] == ["spindle_off_feed"]
     text = PROGRAM.read_text()
@@ -45,11 +45,11 @@ def test_production_programs_are_followed_to_their_end(name, blocks):
     numbers = {int(n) for n in re.findall(r"[TH]([0-9]+)", path.read_text(encoding="latin-1"))}
     tools = {n: ToolEntry(n, (0.0, 0.0, 100.0, 0.0, 0.0, 0.0), 10.0) for n in numbers}
     offsets = {n: WorkOffset() for n in range(1, 10)}
-    control = Control(DIALECTS["fanuc"], axes="XYZ", tools=tools, offsets=offsets)
+    control = make_control("fanuc", axes="XYZ", tools=tools, offsets=offsets)
     meaning = interpret(read_program(path), control, path.name)
     assert meaning.findings == ()
     assert (meaning.blocks, meaning.stopped) == (blocks, False)
-    assert meaning.last_line == meaning.line_count - 1
+    assert meaning.last_line == len(meaning.lines) - 1
     assert (meaning.program.kind == Kind.ARC).sum() > 500
 
 

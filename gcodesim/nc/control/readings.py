@@ -114,8 +114,8 @@ class Readings:
     )
     m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
     g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
-    ignore_words: frozenset[str] = _key(
-        "letters that are dropped, and listed in the coverage", frozenset, pattern="^[A-Z]$"
+    ignore_words: tuple[str, ...] = _key(
+        "letters that are dropped, and listed in the coverage", (), pattern="^[A-Z]$"
     )
 
 

@@ -53,6 +53,7 @@ class IsoReader(Language):
         self._macros = Macros(state, parameters, self._jumps)
         self._codes = codes_for(readings.dialect, readings.g_codes, readings.m_codes)
         self._checks = Checks(state, self._codes)
+        self._ignored = frozenset(readings.ignore_words)
         self._kept: dict[int, Block] = {}
         self._has_jumped = False
         self._rows: dict[tuple[str, str | float], Row] = {}
@@ -98,8 +99,7 @@ class IsoReader(Language):
 
     def scan(self, lines: Lines, first: int, last: int, shortest: int) -> Columns:
         """Read lines first to last (excluded) into columns."""
-        control = self.control
-        return scan(lines, first, last, control.axes, control.readings.ignore_words, shortest)
+        return scan(lines, first, last, self.control.axes, self._ignored, shortest)
 
     def is_plain(self) -> bool:
         """Tell whether axis words are points; under G16 they are radius and angle."""
@@ -173,7 +173,7 @@ class IsoReader(Language):
         rows: list[Row] = []
         values: dict[str, float] = {}
         block.rows, block.values = rows, values
-        codes, ignore = self._rows, self.control.readings.ignore_words
+        codes, ignore = self._rows, self._ignored
         block.corner, after_comma = ("", 0.0), -1
         for index, (letter, number, _) in enumerate(block.tokens):
             if index == after_comma:
