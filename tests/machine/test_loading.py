@@ -51,7 +51,7 @@ def test_control_keys(changed):
     assert readings.m_codes == {46: "none", 60: "clamp"}
     assert readings.ignore_words == ("E",)
     assert readings.arc == ArcTolerance(tol_mm=0.02)
-    assert readings == replace(ROWS["haas"], **machine.given, arc=ArcTolerance(tol_mm=0.02))
+    assert readings == replace(ROWS["haas"], **machine.given | {"arc": readings.arc})
     assert machine.path_tolerance == {"G64": 0.1, "rapid": None}
 
 
