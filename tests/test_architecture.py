@@ -35,9 +35,10 @@ THIRD_PARTY = {
 
 TYPES = {
     *("constants", "errors", "findings.codes", "findings.fingerprints", "findings.meanings"),
-    *("checking.options", "checking.verdict", "nc.program", "machine.model"),
+    *("checking.options", "checking.verdict", "nc.program", "nc.control.readings"),
+    "machine.model",
 }
-OUTWARD = TYPES - {"nc.program", "machine.model"}
+OUTWARD = TYPES - {"nc.program", "nc.control.readings", "machine.model"}
 """What those see who look at the outcome alone."""
 
 LAYERS = {

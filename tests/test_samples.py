@@ -63,7 +63,7 @@ def check(path, **chosen):
     files = {k: str(SAMPLES / v) for k, v in declared.options.items() if k in ("setup", "tools")}
     machine = load_machine(declared.options.get("machine", "table_tilt"), **files)
     period_ms = float(declared.options.get("period", "0.1ms").removesuffix("ms"))
-    machine = replace(machine, rapids=declared.options.get("rapids", machine.rapids))
+    machine = machine.with_readings(rapids=declared.options.get("rapids"))
     options = Options(**{"period_ps": round(period_ms * PS_PER_MS)} | chosen)
     return check_program(read_program(str(path)), path.name, machine, options)
 

@@ -107,4 +107,4 @@ def _loaded(job: Job) -> tuple[Machine, Policy]:
     machine = load_machine(
         job.machine, tools=job.tools, setup=job.setup, allow_outside=job.allow_outside
     )
-    return replace(machine, rapids=job.rapids or machine.rapids), job.policy()
+    return machine.with_readings(rapids=job.rapids), job.policy()

@@ -100,7 +100,7 @@ def check_program(
         verified_model=machine.verified,
         device=task.device,
         method=options.method,
-        dialect=control.dialect.name,
+        dialect=control.readings.dialect,
         sample_period_s=options.period_ps / PS_PER_S,
         samples=sample_count(path, options.period_ps) if len(path) else 0,
         duration_s=path.duration_s,

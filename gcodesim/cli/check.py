@@ -206,7 +206,7 @@ def _tasks(plans: Sequence[Plan], baseline: Baseline | None) -> Iterator[Task]:
             machine = load_machine(
                 path, tools=values["tools"], setup=setup, allow_outside=values["allow_outside"]
             )
-            machines[path] = replace(machine, rapids=values["rapids"] or machine.rapids)
+            machines[path] = machine.with_readings(rapids=values["rapids"])
         for program, path in plan.checks:
             picture = next(pictures)
             yield Task(program, machines[path], setup or "", options, policy, picture)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from gcodesim.machine.model import Machine, Tool, WorkOffset
 from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
-from gcodesim.nc.control.readings import choose_dialect
-from gcodesim.nc.control.supply import ArcTolerance, Control, ToolEntry
+from gcodesim.nc.control.readings import choose_readings
+from gcodesim.nc.control.supply import Control, ToolEntry
 
 
 def control_for(
@@ -32,7 +32,7 @@ def control_for(
     """
     mount = machine.tool
     return Control(
-        dialect=choose_dialect(dialect or machine.dialect, machine.dialect_overrides),
+        readings=choose_readings(dialect, machine.given) if dialect else machine.readings,
         axes="".join(machine.axes),
         start=machine.start,
         tools=_tool_table(machine.tools),
@@ -41,20 +41,11 @@ def control_for(
         offsets=machine.offsets,
         reference=machine.reference,
         feed=feed,
-        m_codes=machine.m_codes,
-        g_codes=machine.g_codes,
-        ignore_words=machine.ignore_words,
-        arc=ArcTolerance(**machine.arc),
         wrap={joint.name: joint.wrap for joint in machine.joints if joint.rotary},
         travel={joint.name: (joint.lower, joint.upper) for joint in machine.joints if joint.rotary},
         block_delete=block_delete,
         max_blocks=max_blocks,
         kinematics=tool_centre(machine),
-        peck_backoff=machine.peck_backoff,
-        bore_shift=machine.bore_shift,
-        tcp_frame=machine.tcp_frame,
-        tcp_rotary_feed=machine.tcp_rotary_feed,
-        orientation=machine.orientation,
     )
 
 
@@ -72,7 +63,7 @@ def bare_control(
         ModelError: the tools file is wrong.
     """
     return Control(
-        dialect=choose_dialect(dialect or "fanuc"),
+        readings=choose_readings(dialect or "fanuc"),
         tools=_tool_table(read_tools(tools)) if tools else None,
         offsets={number: WorkOffset() for number in range(1, 10)},
         feed=feed,

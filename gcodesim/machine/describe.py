@@ -29,8 +29,8 @@ def schema_json(kind: str = "machine") -> dict[str, Any]:
 def describe(machine: Machine) -> str:
     """The machine in plain text: tree, bodies, pairs, tools, findings."""
     verified = "verified model" if machine.verified else "unverified model"
-    lines = [f"{machine.name} ({verified}, dialect {machine.dialect}), {machine.path}"]
-    lines.append(f"rapids {machine.rapids}, time {machine.time}{_tolerances(machine)}")
+    lines = [f"{machine.name} ({verified}, dialect {machine.readings.dialect}), {machine.path}"]
+    lines.append(f"rapids {machine.readings.rapids}, time {machine.time}{_tolerances(machine)}")
     lines.append(_control(machine))
     tools = machine.tools or {}
     for title, rows in (
@@ -49,10 +49,11 @@ def describe(machine: Machine) -> str:
 
 
 def _control(machine: Machine) -> str:
-    feed = machine.tcp_rotary_feed
+    readings = machine.readings
+    feed = readings.tcp_rotary_feed
     return (
-        f"pecks back off {machine.peck_backoff:g} mm, boring shift {machine.bore_shift}, "
-        f"tool centre point: frame {machine.tcp_frame}, vectors by {machine.orientation}, "
+        f"pecks back off {readings.peck_backoff:g} mm, boring shift {readings.bore_shift}, "
+        f"tool centre point: frame {readings.tcp_frame}, vectors by {readings.orientation}, "
         f"rotary feed {'F' if feed is None else f'{feed:g} deg/min'}"
     )
 

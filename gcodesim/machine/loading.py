@@ -12,11 +12,12 @@ from gcodesim.machine.bodies import PartReader, longest_travel
 from gcodesim.machine.files import find_machine
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, WorkOffset
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
-from gcodesim.machine.schema import DIALECT_KEYS, MachineFile, Mounted, offset_number
+from gcodesim.machine.schema import MachineFile, Mounted, offset_number
 from gcodesim.machine.setup import Setup, read_setup
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
+from gcodesim.nc.control.readings import choose_readings
 
 TOOL_PARTS = ("flute", "shank", "holder")
 
@@ -54,6 +55,7 @@ def load_machine(
     members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
     members += [_tool_member(mount, table)] if mount else []
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
+    given = file.control.model_dump(exclude_none=True)
     return Machine(
         name=file.name,
         path=str(source.path),
@@ -68,7 +70,10 @@ def load_machine(
         unchecked_by_rule=chosen.unchecked_by_rule,
         findings=(*reader.findings, *job_reader.findings),
         **_positions(file, job, joints, source),
-        **_language(file),
+        readings=choose_readings(file.dialect, given),
+        given=given,
+        path_tolerance=file.path_tolerance.model_dump(),
+        time=file.time,
     )
 
 
@@ -203,26 +208,3 @@ def _start(
             )
             raise place.error(text, "start", joint.name)
     return {joint.name: given[joint.name] for joint in joints}
-
-
-def _language(file: MachineFile) -> dict[str, Any]:
-    """The fields of Machine that say how its control reads a program."""
-    arc = file.arc.model_dump(exclude_none=True)
-    overrides = {key: getattr(file, key) for key in DIALECT_KEYS}
-    overrides["r_and_ijk"] = arc.pop("r_and_ijk", None)
-    return {
-        "dialect": file.dialect,
-        "dialect_overrides": {k: v for k, v in overrides.items() if v is not None},
-        "m_codes": file.m_codes,
-        "g_codes": file.g_codes,
-        "ignore_words": frozenset(file.ignore_words),
-        "arc": arc,
-        "peck_backoff": file.peck_backoff,
-        "bore_shift": file.bore_shift,
-        "tcp_frame": file.tcp_frame,
-        "tcp_rotary_feed": file.tcp_rotary_feed,
-        "orientation": file.orientation,
-        "path_tolerance": file.path_tolerance.model_dump(),
-        "rapids": file.rapids,
-        "time": file.time,
-    }

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.findings.codes import Finding
+from gcodesim.nc.control.readings import Readings, choose_readings
 
 
 @dataclass(frozen=True)
@@ -179,12 +180,9 @@ class Machine:
         offsets: work offsets by number (1 = G54 ... 9 = G59.3; 101.. = G54.1 P1..).
         reference: "G28" and "G30" -> axis letter -> machine position.
         start: axis letter -> machine position at program start.
-        dialect: name; dialect_overrides: single keys of nc-language section 13.
-        m_codes, g_codes: number -> "none" | "clamp" | "stop".
-        arc: tolerance keys given in the file.
-        peck_backoff, bore_shift, tcp_frame, tcp_rotary_feed, orientation: see nc.control.Control.
+        readings: how its control reads programs.
+        given: those of them that the machine file gives; they hold under every dialect.
         path_tolerance: "G64" and "rapid" -> distance from the path [mm], None: unknown.
-        rapids: way of a rapid move: linear | dogleg; see motion/rapids.py.
         time: how speeds change: constant | acceleration | jerk; see motion/profiles.py.
         findings: GC5xx about the model.
     """
@@ -202,19 +200,9 @@ class Machine:
     offsets: Mapping[int, WorkOffset]
     reference: Mapping[str, Mapping[str, float]]
     start: Mapping[str, float]
-    dialect: str
-    dialect_overrides: Mapping[str, Any] = field(default_factory=dict)
-    m_codes: Mapping[float, str] = field(default_factory=dict)
-    g_codes: Mapping[float, str] = field(default_factory=dict)
-    ignore_words: frozenset[str] = frozenset()
-    arc: Mapping[str, float] = field(default_factory=dict)
-    peck_backoff: float = 0.254
-    bore_shift: str = "+X"
-    tcp_frame: str = "table"
-    tcp_rotary_feed: float | None = None
-    orientation: str = "joints"
+    readings: Readings
+    given: Mapping[str, Any] = field(default_factory=dict)
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
-    rapids: str = "linear"
     time: str = "constant"
     allowed: tuple[tuple[str, str, str], ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
@@ -224,3 +212,9 @@ class Machine:
     def axes(self) -> tuple[str, ...]:
         """Axis letters, in joint order."""
         return tuple(joint.name for joint in self.joints)
+
+    def with_readings(self, **keys: Any) -> Machine:
+        """The machine as if its file gave these readings; None: as it is."""
+        given = {**self.given, **{name: value for name, value in keys.items() if value is not None}}
+        readings = choose_readings(self.readings.dialect, given)
+        return replace(self, given=given, readings=readings)

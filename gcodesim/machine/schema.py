@@ -9,17 +9,12 @@ from __future__ import annotations
 import re
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from gcodesim.machine.yaml_lines import suggest
+from gcodesim.machine.control_keys import CONTROL_KEYS, ControlKeys
+from gcodesim.machine.sections import NotNegative, Number, Positive, Section
 
-LARGEST = 1e9
-"""Largest number of a file, in any unit: beyond it squares of lengths lose the micrometre."""
-
-Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-NotNegative = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
 FileName = Annotated[str, Field(pattern=r"^[^\x00-\x1f]+$")]
 Natural = Annotated[int, Field(strict=True, ge=1)]
 Vector = tuple[Number, Number, Number]
@@ -29,31 +24,11 @@ PartName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$")]
 Axis = Annotated[str, Field(pattern=r"^[XYZABC]$")]
 Profile = Annotated[list[tuple[Number, Number]], Field(min_length=2)]
 Unit = Literal["mm", "inch", "m"]
-CodeEffect = Literal["none", "clamp", "stop"]
 Position = dict[Axis, Number]
 Severity = Literal["warning", "error"]
 
 ORIGIN = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
-
-
-class Section(BaseModel):
-    """A mapping of the file: unknown keys are refused, and an empty one may be left blank."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _known_keys(cls, data: Any) -> Any:
-        if data is None:
-            return {}
-        if isinstance(data, dict):
-            valid = [f.alias or name for name, f in cls.model_fields.items()]
-            for key in data:
-                if key not in valid:
-                    context = {"hint": suggest(key, valid), "below": (str(key),)}
-                    raise PydanticCustomError("unknown_key", "unknown key; {hint}", context)
-        return data
 
 
 class Placement(Section):
@@ -301,22 +276,6 @@ class Allowed(Section):
     reason: Annotated[str, Field(min_length=1)] = Field(description="why, for the report")
 
 
-class Arc(Section):
-    """Tolerances of arc words."""
-
-    tol_mm: Positive | None = Field(
-        default=None, description="start and end radius may differ by this"
-    )
-    tol_rel: Positive | None = Field(default=None, description="the same, as a share of the radius")
-    tol_max_mm: Positive | None = Field(default=None, description="the largest difference of all")
-    r_tol_mm: Positive | None = Field(
-        default=None, description="half chord may exceed R by this [mm]"
-    )
-    r_and_ijk: Literal["error", "r_wins"] | None = Field(
-        default=None, description="R together with I J K"
-    )
-
-
 class PathTolerance(Section):
     """How far the control may leave the programmed path; null: exact path assumed, and said."""
 
@@ -327,18 +286,16 @@ class PathTolerance(Section):
 class MachineFile(Section):
     """A machine.yaml."""
 
+    elsewhere = CONTROL_KEYS
+
     name: Name
     verified: bool = Field(default=False, description="someone has measured the real machine")
     units: Unit = Field(default="mm", description="of the mesh files")
-    dialect: Literal["fanuc", "haas", "linuxcnc"] = "fanuc"
-    cycle_return: Literal["G98", "G99"] | None = Field(
-        default=None, description="in force at the start"
+    dialect: Literal["fanuc", "haas", "linuxcnc"] = Field(
+        default="fanuc", description="row of values for what `control` leaves out"
     )
-    dwell_p: Literal["ms", "s", "point"] | None = Field(
-        default=None, description="unit of P in G4; `point`: ms without a decimal point, s with one"
-    )
-    g80: Literal["motion", "cycle"] | None = Field(
-        default=None, description="G80 ends the motion mode, or only cycles"
+    control: ControlKeys = Field(
+        default_factory=ControlKeys, description="how the control reads what is left open"
     )
     links: Annotated[dict[Name, Link], Field(min_length=1)]
     joints: Annotated[dict[Axis, JointSpec], Field(min_length=1)]
@@ -355,48 +312,12 @@ class MachineFile(Section):
         description="left out: every two links with a moving joint between them, less neighbours",
     )
     allow: list[Allowed] = Field(default_factory=list, description="pairs taken out, with a reason")
-    m_codes: dict[Number, CodeEffect] = Field(default_factory=dict, description="by number")
-    g_codes: dict[Number, CodeEffect] = Field(default_factory=dict, description="by number")
-    ignore_words: list[Annotated[str, Field(pattern=r"^[A-Z]$")]] = Field(
-        default_factory=list, description="letters that are dropped, and listed in the coverage"
-    )
-    peck_backoff: NotNegative = Field(
-        default=0.254, description="G73 and G83 stop this far above the last depth [mm]"
-    )
-    bore_shift: Literal["+X", "-X", "+Y", "-Y"] = Field(
-        default="+X",
-        description="way off the wall of G76 and G87 with Q, in G17; +X is the first axis of "
-        "another plane, +Y the second",
-    )
-    tcp_frame: Literal["table", "work"] = Field(
-        default="table",
-        description="program axes under G43.4 ride on the table, or stand as the machine's when it "
-        "is switched on",
-    )
-    tcp_rotary_feed: Positive | None = Field(
-        default=None,
-        description="feed of blocks under G43.4 that only turn rotary axes [deg/min]; left out: F",
-    )
-    orientation: Literal["joints", "great_circle"] = Field(
-        default="joints",
-        description="between two vectors of G43.5 the rotary axes run linearly, or the tool axis "
-        "along the great circle",
-    )
-    arc: Arc = Field(default_factory=Arc)
     path_tolerance: PathTolerance = Field(default_factory=PathTolerance)
-    rapids: Literal["linear", "dogleg"] = Field(
-        default="linear",
-        description="way of a rapid move: straight, or every axis at its own rate; ask the builder",
-    )
     time: Literal["constant", "acceleration", "jerk"] = Field(
         default="constant",
         description="speed within a block: as programmed, or within `max_acceleration`, or within "
         "`max_jerk` too, with look-ahead",
     )
-
-
-DIALECT_KEYS = ("cycle_return", "dwell_p", "g80")
-"""Keys of a machine file that replace one of its dialect; `arc.r_and_ijk` is the fourth."""
 
 
 class Turned(Section):

@@ -42,7 +42,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     least = least_times(wanted, machine)
     moves = replace(wanted, seconds=np.maximum(wanted.seconds, least))
     moves = unwound(moves)
-    if machine.rapids == "dogleg":
+    if machine.readings.rapids == "dogleg":
         moves = doglegs(moves, program, machine)
     if machine.time != "constant":
         moves = profiled(moves, program, machine)

@@ -20,6 +20,7 @@ from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation, transform, world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair, Part
 from gcodesim.motion.path import ARC_PIECE, Path
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.study.exact import squared_clearance
 
 Array = NDArray[np.float64]
@@ -122,7 +123,7 @@ def machine(
         offsets={},
         reference={},
         start={},
-        dialect="fanuc",
+        readings=ROWS["fanuc"],
     )
 
 

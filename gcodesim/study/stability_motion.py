@@ -25,7 +25,7 @@ from gcodesim.motion.path import ARC_PIECE, Path, arc_displacement
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_spans, window
 from gcodesim.nc.control.arcs import centre_from_radius
-from gcodesim.nc.control.supply import ArcTolerance
+from gcodesim.nc.control.readings import ArcTolerance
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.study.exact_motion import decimal, exact_displacement, exact_sincosd
 from gcodesim.study.stability_case import Case, power

@@ -73,7 +73,7 @@ def pole(quick: bool) -> Iterator[Case]:
     tilt, azimuth = np.radians([10.0, 179.9999])
     free = free_machine()
     joints = (replace(j, lower=-120.0, upper=0.0) if j.name == "A" else j for j in free.joints)
-    machine = replace(free, joints=tuple(joints), orientation="great_circle")
+    machine = replace(free, joints=tuple(joints)).with_readings(orientation="great_circle")
     ends = np.array([_leaning(tilt, 0.0), _leaning(tilt, float(azimuth))])
     words = ["I{:.15f} J{:.15f} K{:.15f}".format(*end) for end in ends]
     path, _ = path_of(

@@ -22,7 +22,7 @@ from goals import ROOT, Goals
 
 from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
-from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.control.supply import Control, Kinematics
 from gcodesim.nc.iso.interpreter import Interpretation, interpret
 from gcodesim.nc.lines import read_program
@@ -57,10 +57,10 @@ def measure(
 ) -> None:
     """Write the program to a file and interpret it a few times."""
     fields = dict(fields)
-    dialect = DIALECTS[str(fields.pop("dialect", "fanuc"))]
+    readings = ROWS[str(fields.pop("dialect", "fanuc"))]
     if machine := fields.pop("kinematics", ""):
         fields["kinematics"] = _kinematics(ROOT / str(machine))
-    control = Control(dialect, **{"axes": "XYZAC", **fields})  # type: ignore[arg-type]
+    control = Control(readings, **{"axes": "XYZAC", **fields})  # type: ignore[arg-type]
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "program.nc"
         path.write_text("\n".join(lines) + "\n", encoding="ascii")

@@ -23,7 +23,7 @@ import numpy as np
 from gcodesim.machine.control_data import control_for
 from gcodesim.machine.loading import load_machine
 from gcodesim.nc.canon import canon_rows
-from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.lines import decode
@@ -135,16 +135,17 @@ def controls() -> list[Control]:
     offsets = {n: WorkOffset((n, 0.0, 0.0, 0.0, 0.0, 0.0), rotation=30.0 * n) for n in range(9)}
     given = {"tools": tools, "offsets": offsets, "feed": 100.0, "max_blocks": 3000}
     plain = [
-        Control(dialect, wrap=wrap, **given)
-        for dialect, wrap in zip(
-            DIALECTS.values(), ({"C": "shortest"}, {"A": "sign"}, {}), strict=True
+        Control(readings, wrap=wrap, **given)
+        for readings, wrap in zip(
+            ROWS.values(), ({"C": "shortest"}, {"A": "sign"}, {}), strict=True
         )
     ]
     turning = [
         replace(
-            control_for(load_machine(name), dialect, None, False),
-            tcp_frame=frame,
-            orientation=orientation,
+            control_for(
+                load_machine(name).with_readings(tcp_frame=frame, orientation=orientation),
+                *(dialect, None, False),
+            ),
             **given,
         )
         for name in ("table_tilt", "head_tilt", "table_head")
@@ -183,7 +184,7 @@ def fuzz(count: int, seed: int) -> tuple[str, Counter[str]]:
     for number, text in enumerate(mutants(seeds(), count, seed)):
         control = machines[number % len(machines)]
         if wrong := failure(text, control, meanings):
-            return f"mutant {number}, {control.dialect.name}: {wrong}\n{text!r}", meanings
+            return f"mutant {number}, {control.readings.dialect}: {wrong}\n{text!r}", meanings
     return "", meanings
 
 

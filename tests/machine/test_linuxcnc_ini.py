@@ -96,7 +96,7 @@ def test_tilting_tables(
     np.testing.assert_allclose(part_point(machine, axes), POINT, atol=2e-8)
     tilting = next(joint for joint in machine.joints if joint.name == tilt)
     np.testing.assert_array_equal(tilting.point, [5, 5, 41] if tilt == "A" else [17, -7, 41])
-    assert (machine.name, machine.dialect) == ("My_Mill_test", "linuxcnc")
+    assert (machine.name, machine.readings.dialect) == ("My_Mill_test", "linuxcnc")
     assert not machine.verified
 
 

@@ -1,6 +1,7 @@
 """The loader: a good machine arrives complete, and every mistake is named with line and key."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from gcodesim.machine.control_data import control_for
 from gcodesim.machine.describe import describe
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.mesh import signed_volume
+from gcodesim.nc.control.readings import ROWS, ArcTolerance
 
 
 def test_good_machine(tiny):
@@ -39,26 +41,29 @@ def test_control_keys(changed):
     machine = load_machine(
         changed(
             "name: tiny",
-            "name: tiny\ndialect: haas\ndwell_p: s\nm_codes: {46: none, 60: clamp}\n"
-            "ignore_words: [E]\narc: {tol_mm: 2e-2, r_and_ijk: error}\npath_tolerance: {G64: 0.1}",
+            "name: tiny\ndialect: haas\npath_tolerance: {G64: 0.1}\n"
+            "control: {dwell_p: s, m_codes: {46: none, 60: clamp}, ignore_words: [E],\n"
+            "  arc: {tol_mm: 2e-2}, r_and_ijk: r_wins}",
         )
     )
-    assert (machine.dialect, machine.dialect_overrides) == (
-        "haas",
-        {"dwell_p": "s", "r_and_ijk": "error"},
-    )
-    assert machine.m_codes == {46: "none", 60: "clamp"}
-    assert machine.arc == {"tol_mm": 0.02}
+    readings = machine.readings
+    assert (readings.dialect, readings.dwell_p, readings.r_and_ijk) == ("haas", "s", "r_wins")
+    assert readings.m_codes == {46: "none", 60: "clamp"}
+    assert readings.ignore_words == ("E",)
+    assert readings.arc == ArcTolerance(tol_mm=0.02)
+    assert readings == replace(ROWS["haas"], **machine.given | {"arc": readings.arc})
     assert machine.path_tolerance == {"G64": 0.1, "rapid": None}
-    assert machine.ignore_words == {"E"}
 
 
 def test_the_control_reads_programs_as_the_file_says(changed):
-    keys = "peck_backoff: 1.5\nbore_shift: -Y\ntcp_frame: work\ntcp_rotary_feed: 3600\n"
-    path = changed("name: tiny", f"name: tiny\n{keys}orientation: great_circle")
+    keys = "{peck_backoff: 1.5, bore_shift: -Y, tcp_frame: work, tcp_rotary_feed: 3600}"
+    path = changed("name: tiny", f"name: tiny\ncontrol: {keys}")
     control = control_for(load_machine(path), None, None, False, 77)
-    assert (control.peck_backoff, control.bore_shift, control.tcp_frame) == (1.5, "-Y", "work")
-    assert (control.tcp_rotary_feed, control.orientation) == (3600.0, "great_circle")
+    readings = control.readings
+    assert (readings.peck_backoff, readings.bore_shift, readings.tcp_frame) == (1.5, "-Y", "work")
+    assert (readings.dialect, readings.tcp_rotary_feed) == ("fanuc", 3600.0)
+    other = control_for(load_machine(path), "linuxcnc", None, False).readings
+    assert other == replace(ROWS["linuxcnc"], **load_machine(path).given)
     assert control.max_blocks == 77
     assert control.kinematics is not None
     assert "boring shift -Y" in describe(load_machine(path))
@@ -66,7 +71,7 @@ def test_the_control_reads_programs_as_the_file_says(changed):
 
 def test_keys_of_motion(changed):
     plain = load_machine(changed("name: tiny", "name: tiny"))
-    assert (plain.rapids, plain.time) == ("linear", "constant")
+    assert (plain.readings.rapids, plain.time) == ("linear", "constant")
     assert [j.servo for j in plain.joints] == [None] * 5
     limits = ", rapid: 24000, max_acceleration: 3000, max_jerk: 6e4"
     moving = changed("[0, -1, 0], limits: [-200, 200], rapid: 24000",
@@ -75,7 +80,8 @@ def test_keys_of_motion(changed):
     y = load_machine(moving).joints[0]
     assert (y.max_acceleration, y.max_jerk) == (3000, 6e4)
     assert (y.servo.order, y.servo.time_constant, y.servo.damping) == (2, 2e-3, 1.0)
-    assert load_machine(changed("name: tiny", "name: tiny\nrapids: dogleg")).rapids == "dogleg"
+    given = changed("name: tiny", "name: tiny\ncontrol: {rapids: dogleg}")
+    assert load_machine(given).readings.rapids == "dogleg"
 
 
 MISTAKES = {

@@ -12,7 +12,7 @@ from gcodesim.constants import PS_PER_S
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import Kind
 
-MACHINE = replace(axes_machine(), rapids="dogleg")
+MACHINE = axes_machine().with_readings(rapids="dogleg")
 RATES = np.array([joint.rapid for joint in MACHINE.joints])
 
 

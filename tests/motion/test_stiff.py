@@ -19,7 +19,8 @@ from gcodesim.machine.control_data import bare_control
 from gcodesim.motion.joint_moves import sub_arcs
 from gcodesim.motion.path import ARC_PIECE, arc_displacement
 from gcodesim.motion.planner import plan
-from gcodesim.nc.control.arcs import ArcTolerance, centre_from_radius
+from gcodesim.nc.control.arcs import centre_from_radius
+from gcodesim.nc.control.readings import ArcTolerance
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.program import FeedMode, Kind
 from gcodesim.study.stability_motion import circle_program, helix_error

@@ -1,9 +1,9 @@
 """The control that the programs of this folder run on."""
 
 import pytest
+from nc.controls import make_control
 
-from gcodesim.nc.control.readings import DIALECTS
-from gcodesim.nc.control.supply import ZERO, Control, ToolEntry, WorkOffset
+from gcodesim.nc.control.supply import ZERO, ToolEntry, WorkOffset
 
 TOOLS = {
     1: ToolEntry(1, (0.0, 0.0, 50.0, 0.0, 0.0, 0.0), 10.0),
@@ -23,10 +23,10 @@ REFERENCE = {"G28": dict.fromkeys("XYABC", 0.0) | {"Z": 100.0}, "G30": {"Z": 50.
 
 @pytest.fixture
 def control():
-    """Return a function that makes a control of a dialect, with any field replaced."""
+    """Return a function that makes a control of a dialect, with any key or field replaced."""
 
     def make(dialect="fanuc", **fields):
         defaults = {"tools": TOOLS, "offsets": OFFSETS, "reference": REFERENCE}
-        return Control(DIALECTS[dialect], **(defaults | fields))
+        return make_control(dialect, **(defaults | fields))
 
     return make

@@ -3,15 +3,15 @@
 from gcodesim.findings.codes import CODES
 from gcodesim.findings.meanings import MEANINGS
 from gcodesim.nc.control.modal import Modal
-from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.iso.words import AXIS_WORDS, TABLE, Group, Order, codes_for, codes_of
 
 
 def test_a_dialect_has_each_code_once():
-    for dialect in DIALECTS.values():
-        rows = [r for r in TABLE if not r.dialects or dialect.name in r.dialects.split()]
-        assert len(codes_of(dialect)) == len(rows)
+    for readings in ROWS.values():
+        rows = [r for r in TABLE if not r.dialects or readings.dialect in r.dialects.split()]
+        assert len(codes_of(readings)) == len(rows)
 
 
 def test_names_are_those_people_write():
@@ -38,7 +38,7 @@ def test_every_refused_code_stops_naming_code_and_line(control):
 
 def test_two_codes_of_one_group_never_share_a_block(control):
     by_group = {}
-    for row in codes_of(DIALECTS["linuxcnc"]).values():
+    for row in codes_of(ROWS["linuxcnc"]).values():
         by_group.setdefault(row.group, []).append(row.name)
     for group, names in by_group.items():
         if group is not Group.NONE and len(names) > 1 and "G80" not in names[:2]:
@@ -73,7 +73,7 @@ def test_codes_run_in_the_order_of_the_language():
 
 def test_listed_codes_replace_refused_ones_only(control):
     rows = codes_for(control(g_codes={1.0: "none", 68.2: "none", 500.0: "none"}))
-    assert rows["G", 10].action is codes_of(DIALECTS["fanuc"])["G", 10].action
+    assert rows["G", 10].action is codes_of(ROWS["fanuc"])["G", 10].action
     assert not codes_for(control(g_codes={66.0: "none"}))["G", 660].refused
     assert ("G", 5000) in rows
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gcodesim.errors import UsageError
-from gcodesim.nc.control.readings import choose_dialect
+from gcodesim.nc.control.readings import choose_readings
 from gcodesim.nc.control.supply import WorkOffset
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.lines import decode, read_program, split_lines
@@ -76,7 +76,7 @@ def test_feed_option_stands_in_until_the_first_f_word(control):
 
 def test_ignored_words_are_dropped_and_counted(control):
     text = "G1 E12 F4550\nG92 E0\nG28 E0\nG1 X1 E3\nG4 P0 E1\nM30"
-    meaning = interpret(text, control(ignore_words=frozenset("E")))
+    meaning = interpret(text, control(ignore_words=("E",)))
     assert meaning.ignored == ("word E (5 times)",)
     assert moves(meaning).tolist() == [[1, 0, 0, 0, 0, 0]]
     assert meanings(meaning) == []
@@ -188,12 +188,11 @@ def test_r_wins_over_centre_words_for_fanuc_only(control):
 
 
 def test_a_dialect_key_can_be_overridden():
-    assert choose_dialect("fanuc", {"dwell_p": "s"}).dwell_p == "s"
-    for wrong in ({"dwell_q": "s"}, {"dwell_p": "hours"}):
-        with pytest.raises(UsageError, match="known are"):
-            choose_dialect("fanuc", wrong)
+    assert choose_readings("fanuc", {"dwell_p": "s"}).dwell_p == "s"
+    arc = choose_readings("fanuc", {"arc": {"tol_mm": 0.5}}).arc
+    assert (arc.tol_mm, arc.r_tol_mm) == (0.5, 0.00127)
     with pytest.raises(UsageError, match="fanuc, haas, linuxcnc"):
-        choose_dialect("heidenhain")
+        choose_readings("heidenhain")
 
 
 def sweeps_and_lengths(text, control):

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nc.controls import make_control
 
-from gcodesim.nc.control.readings import DIALECTS
 from gcodesim.nc.control.runs import Runs
-from gcodesim.nc.control.supply import Control, ToolEntry, WorkOffset
+from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.nc.program import Kind
@@ -16,11 +16,11 @@ from gcodesim.nc.program import Kind
 PROGRAM = Path(__file__).parents[1] / "data" / "real" / "mamp_model1_bc.nc"
 
 
-CONTROL = Control(
-    DIALECTS["fanuc"],
+CONTROL = make_control(
+    "fanuc",
     axes="XYZBC",
     tool_for_all=True,
-    ignore_words=frozenset("E"),
+    ignore_words=("E",),
     m_codes={104: "none", 109: "none"},
 )
 
@@ -45,7 +45,7 @@ def test_production_programs_are_followed_to_their_end(name, blocks):
     numbers = {int(n) for n in re.findall(r"[TH]([0-9]+)", path.read_text(encoding="latin-1"))}
     tools = {n: ToolEntry(n, (0.0, 0.0, 100.0, 0.0, 0.0, 0.0), 10.0) for n in numbers}
     offsets = {n: WorkOffset() for n in range(1, 10)}
-    control = Control(DIALECTS["fanuc"], axes="XYZ", tools=tools, offsets=offsets)
+    control = make_control("fanuc", axes="XYZ", tools=tools, offsets=offsets)
     meaning = interpret(read_program(path), control, path.name)
     assert meaning.findings == ()
     assert (meaning.blocks, meaning.stopped) == (blocks, False)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nc.controls import make_control
 from nc.table_tilt import TableTilt
 
 from gcodesim.nc.control import runs
-from gcodesim.nc.control.readings import DIALECTS
-from gcodesim.nc.control.supply import Control, WorkOffset
+from gcodesim.nc.control.readings import ROWS
+from gcodesim.nc.control.supply import WorkOffset
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.iso.scan import scan
 from gcodesim.nc.lines import Lines
@@ -21,8 +22,8 @@ OFFSETS = {
 CONTROLS = [
     {"axes": "XYZAC", "wrap": {"C": "shortest"}},
     {"axes": "XYZABC", "wrap": {"A": "sign", "C": "shortest"}, "travel": {"C": (-400.0, 400.0)}},
-    {"axes": "XYZBC", "ignore_words": frozenset("EQ"), "feed": 500.0},
-    {"axes": "XYZ", "inch": True, "block_delete": True},
+    {"axes": "XYZBC", "ignore_words": ("E", "Q"), "feed": 500.0},
+    {"axes": "XYZ", "program_unit": "inch", "block_delete": True},
     {"axes": "XYZAC", "max_blocks": 23},
     {"axes": "XYZAC", "kinematics": TableTilt(), "wrap": {"C": "shortest"}, "tcp_rotary_feed": 7.0},
 ]
@@ -136,12 +137,12 @@ def assert_equal(fast, slow):
 @given(
     st.one_of(LINES, MIXED),
     st.sampled_from(CONTROLS),
-    st.sampled_from(sorted(DIALECTS)),
+    st.sampled_from(sorted(ROWS)),
     st.sampled_from([1, 2, 3, 5, 9, 50]),
 )
 def test_runs_equal_the_block_by_block_way(lines, fields, dialect, chunk):
     text = "\n".join(["G1 F100 S5 M3", "N1 G0 X0", *lines, "M30"])
-    control = Control(DIALECTS[dialect], offsets=OFFSETS, **fields)
+    control = make_control(dialect, offsets=OFFSETS, **fields)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(runs, "SHORTEST", 1)
         patch.setattr(runs, "CHUNK", chunk)
@@ -155,7 +156,7 @@ def test_long_programs_are_run_in_runs(fields, end, rng):
     words[:, 4] = (words[:, 4] * (5 if len(fields["wrap"]) == 1 else 1)).round(3)
     blocks = [f"N{i} X{x} Y{y} Z{z} A{a / 9:.2f} C{c}" for i, (x, y, z, a, c) in enumerate(words)]
     text = end.join(["G90 G1 F900 S1 M3", *blocks, "M30"])
-    control = Control(DIALECTS["fanuc"], offsets=OFFSETS, **fields)
+    control = make_control("fanuc", offsets=OFFSETS, **fields)
     fast, slow = with_and_without_runs(text, control)
     assert_equal(fast, slow)
     assert len(fast.program) == 503
@@ -175,7 +176,7 @@ LONG = {
 @pytest.mark.parametrize("name", LONG)
 def test_long_programs_of_arcs_and_holes_are_run_in_runs(name):
     text = "\n".join(["G90 G1 F900 S1 M3 Z30", *LONG[name], "M30"])
-    control = Control(DIALECTS["fanuc"], offsets=OFFSETS, axes="XYZAC", kinematics=TableTilt())
+    control = make_control("fanuc", offsets=OFFSETS, axes="XYZAC", kinematics=TableTilt())
     fast, slow = with_and_without_runs(text, control)
     assert_equal(fast, slow)
     assert fast.blocks == 603
@@ -218,5 +219,5 @@ def test_progress_is_told_as_the_lines_go_by(monkeypatch):
     monkeypatch.setattr(runs, "CHUNK", 100)
     fractions = []
     text = "G0\n" + "".join(f"X{i}\n" for i in range(398)) + "M30\n"
-    interpret(text, Control(DIALECTS["fanuc"]), progress=fractions.append)
+    interpret(text, make_control(), progress=fractions.append)
     assert fractions == pytest.approx([0.25, 0.5, 0.75, 0.9975])

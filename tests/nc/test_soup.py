@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gcodesim.nc.canon import write_canon
-from gcodesim.nc.control.readings import DIALECTS
+from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.control.supply import Control
 from gcodesim.nc.iso.interpreter import interpret
 from gcodesim.nc.iso.words import TABLE
@@ -54,9 +54,9 @@ PROGRAMS = st.lists(BLOCKS, max_size=12).map("\n".join)
 
 
 @settings(derandomize=True, max_examples=200, deadline=None, database=None)
-@given(PROGRAMS, st.sampled_from(sorted(DIALECTS)))
+@given(PROGRAMS, st.sampled_from(sorted(ROWS)))
 def test_no_program_raises(text, dialect):
-    meaning = interpret(text, Control(DIALECTS[dialect], feed=100.0), "soup.nc")
+    meaning = interpret(text, Control(ROWS[dialect], feed=100.0), "soup.nc")
     assert np.isfinite(meaning.program.to).all()
     assert meaning.stopped == any(f.severity == "error" for f in meaning.findings)
     for finding in meaning.findings:
@@ -72,7 +72,7 @@ def test_no_program_raises(text, dialect):
 @given(st.dictionaries(st.sampled_from("XYZABC"), st.floats(-1e6, 1e6), min_size=1))
 def test_axis_words_come_out_as_they_went_in(given_words):
     block = "G0" + "".join(f"{letter}{value:.6f}" for letter, value in given_words.items())
-    program = interpret(block + "\nM30", Control(DIALECTS["fanuc"])).program
+    program = interpret(block + "\nM30", Control(ROWS["fanuc"])).program
     wanted = [float(f"{given_words.get(letter, 0.0):.6f}") for letter in "XYZABC"]
     reached = program.to[2] if program.kind[2] == 0 else program.start
     assert reached.tolist() == wanted

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.constants import FULL_CIRCLE_MM
-from gcodesim.nc.control.supply import ArcTolerance
+from gcodesim.nc.control.readings import ArcTolerance
 
 Point = tuple[float, float]
 Columns = tuple[NDArray[np.float64], NDArray[np.float64]]

@@ -267,7 +267,7 @@ class Run:
         start = self._before(u, points)[at], self._before(v, points)[at]
         arm = self._lengths(CENTRE_WORDS[u])[at], self._lengths(CENTRE_WORDS[v])[at]
         has_u, has_v = self._any(CENTRE_WORDS[u])[at], self._any(CENTRE_WORDS[v])[at]
-        by_radius, tolerance = self._any("R")[at], self.state.control.arc
+        by_radius, tolerance = self._any("R")[at], self.state.control.readings.arc
         if modal.centre_distance == ABSOLUTE_CENTRES:
             centre, enough = arm, has_u & has_v
         else:
@@ -324,8 +324,9 @@ class Run:
             start, rotary = (modal.feed or 0.0) * modal.feed_scale, modal.feed or 0.0
         lengths = self._filled("F", value * state.scale, start)
         angles = self._filled("F", value, rotary)
-        if modal.tcp and modal.feed_mode == 940 and state.control.tcp_rotary_feed:
-            angles = np.full(self.count, state.control.tcp_rotary_feed)
+        rotary_feed = state.control.readings.tcp_rotary_feed
+        if modal.tcp and modal.feed_mode == 940 and rotary_feed:
+            angles = np.full(self.count, rotary_feed)
         return np.where(linear, lengths, angles)
 
     def _leave(self, points: dict[int, Floats], positions: dict[int, Floats]) -> None:

@@ -128,7 +128,7 @@ class Flow:
         source = Source(file, lines, self.line_count, begin, opened, Structure(len(lines)))
         self.line_count += len(lines)
         self.sources.append(source)
-        o_words = self.parameters.language == "linuxcnc"
+        o_words = self.parameters.rules.o_words
         source.structure = read_structure(lines, begin, opened, o_words)
         return source
 

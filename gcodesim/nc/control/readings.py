@@ -1,72 +1,173 @@
-"""Where controls differ: one row per dialect, single keys may be overridden by the machine file."""
+"""What controls leave open: one row per dialect, single keys replaced by the machine file."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, field, is_dataclass, replace
+from typing import Any, Literal
 
 from gcodesim.errors import UsageError
 
+Effect = Literal["none", "clamp", "stop"]
+"""What a code listed in a machine file does."""
+
+
+def _key(meaning: str, default: Any, **rules: Any) -> Any:
+    """Return a field that is a key of `control:` in machine files.
+
+    Args:
+        meaning: one sentence for the manual.
+        default: value where neither the dialect nor the machine file gives one.
+        rules: what numbers and words of the file must keep: gt, ge, pattern.
+    """
+    factory = {"default_factory": default} if callable(default) else {"default": default}
+    return field(**factory, metadata={"meaning": meaning, "rules": rules})
+
 
 @dataclass(frozen=True)
-class Dialect:
-    """How one family of controls reads what the standard leaves open.
+class ArcTolerance:
+    """When an arc closes well enough (nc-language section 6, as LinuxCNC).
 
-    Attributes:
-        cycle_return: return level of cycles at program start: G98 | G99.
-        dwell_p: unit of P with G4: ms | s | point (ms without a decimal point, s with one).
-        g80: G80 ends the motion mode, or only cycles: motion | cycle.
-        r_and_ijk: an arc with R and centre words: r_wins | error.
-        macros: language of macros: fanuc (Macro B) | linuxcnc (with o-words).
-        m99: M99 in the main program: end (one pass) | restart.
-        g87: back boring with a shift Q, or with centre words I J and the top K: shift | centre.
+    The largest differences of the radii in mm are 2.54 times as large under G20.
     """
 
-    name: str
-    cycle_return: str
-    dwell_p: str
-    g80: str
-    r_and_ijk: str
-    g87: str
-    macros: str
-    m99: str
+    tol_mm: float = _key("start and end radius may differ by this [mm]", 0.02828, gt=0)
+    tol_rel: float = _key("above tol_mm they may differ by this share of the radius", 0.001, gt=0)
+    tol_max_mm: float = _key("the largest difference of all [mm]", 2.828, gt=0)
+    r_tol_mm: float = _key(
+        "half the chord may exceed R by this; also the smallest radius [mm]", 0.00127, gt=0
+    )
 
 
-DIALECTS: dict[str, Dialect] = {
-    "fanuc": Dialect("fanuc", "G98", "ms", "cycle", "r_wins", "shift", "fanuc", "end"),
-    "haas": Dialect("haas", "G98", "point", "cycle", "error", "shift", "fanuc", "end"),
-    "linuxcnc": Dialect(
-        *("linuxcnc", "G99", "s", "motion", "error", "centre", "linuxcnc", "restart")
+@dataclass(frozen=True, kw_only=True)
+class Readings:
+    """How one control reads what the standard leaves open, and what its builder has added.
+
+    Every field but `dialect` is a key of the section `control:` of machine files; its meaning and
+    its choices stand beside it, and the files' schema and manual are made from them.
+
+    Attributes:
+        dialect: the row all of this comes from; tables of codes say which dialects have a code.
+    """
+
+    dialect: str
+    program_unit: Literal["mm", "inch"] = _key("unit of lengths until G20 or G21", "mm")
+    cycle_return: Literal["G98", "G99"] = _key("return level of cycles until G98 or G99", "G98")
+    rapids: Literal["linear", "dogleg"] = _key(
+        "way of a rapid move: straight, or every axis at its own rate; ask the builder", "linear"
+    )
+    dwell_p: Literal["ms", "s", "point"] = _key(
+        "unit of P in G4; `point`: ms without a decimal point, s with one", "ms"
+    )
+    g80: Literal["motion", "cycle"] = _key("G80 ends the motion mode, or only cycles", "cycle")
+    g87: Literal["shift", "centre"] = _key(
+        "back boring with a shift Q, or with centre words I J and the top K", "shift"
+    )
+    peck_backoff: float = _key("G73 and G83 stop this far above the last depth [mm]", 0.254, ge=0)
+    bore_shift: Literal["+X", "-X", "+Y", "-Y"] = _key(
+        "way off the wall of G76 and G87 with Q, in G17; +X is the first axis of another plane, "
+        "+Y the second",
+        "+X",
+    )
+    r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
+    arc: ArcTolerance = field(
+        default_factory=ArcTolerance, metadata={"meaning": "tolerances of arc words", "rules": {}}
+    )
+    comma_corners: bool = _key("`,R` and `,C` round and chamfer the corner behind a block", True)
+    feed_forgotten: Literal["change", "always"] = _key(
+        "G93 G94 G95 forget F where they change the mode, or always", "change"
+    )
+    h0: Literal["cancel", "spindle"] = _key(
+        "length of G43 H0: none, or that of the tool in the spindle", "cancel"
+    )
+    g10_in_g91: Literal["adds", "replaces"] = _key("words of G10 L2 under G91", "adds")
+    g10_l20: Literal["above_9", "additional", "solved"] = _key(
+        "P of G10 L20 names an additional offset, which its words set: above P9, or every P; or "
+        "always a work offset, with which the current point reads the words",
+        "above_9",
+    )
+    g10_tool_r: Literal["length", "ignored"] = _key(
+        "R of G10 L1 L10 L11: the tool's length or wear, or nothing", "length"
+    )
+    m98_p: Literal["repeats", "number"] = _key(
+        "P of M98 without L above 9999: repeats before the last four digits, or a number",
+        "repeats",
+    )
+    m99: Literal["end", "restart"] = _key("M99 in the main program: one pass, or for ever", "end")
+    macros: Literal["fanuc", "haas", "linuxcnc"] = _key(
+        "language of macros: Macro B, with more parameters on Haas, or o-words", "fanuc"
+    )
+    tcp_frame: Literal["table", "work"] = _key(
+        "program axes under G43.4 ride on the table as it stands at rotary zero, or stand as the "
+        "machine's when it is switched on",
+        "table",
+    )
+    tcp_rotary_feed: float | None = _key(
+        "feed of blocks under G43.4 that only turn rotary axes [deg/min]; without one, F",
+        None,
+        gt=0,
+    )
+    orientation: Literal["joints", "great_circle"] = _key(
+        "between two vectors of G43.5 the rotary axes run linearly, or the tool axis along the "
+        "great circle",
+        "joints",
+    )
+    m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
+    g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
+    ignore_words: tuple[str, ...] = _key(
+        "letters that are dropped, and listed in the coverage", (), pattern="^[A-Z]$"
+    )
+
+
+ROWS: dict[str, Readings] = {
+    "fanuc": Readings(dialect="fanuc"),
+    "haas": Readings(
+        dialect="haas",
+        dwell_p="point",
+        r_and_ijk="error",
+        g10_l20="additional",
+        m98_p="number",
+        macros="haas",
+    ),
+    "linuxcnc": Readings(
+        dialect="linuxcnc",
+        cycle_return="G99",
+        dwell_p="s",
+        g80="motion",
+        g87="centre",
+        r_and_ijk="error",
+        comma_corners=False,
+        feed_forgotten="always",
+        h0="spindle",
+        g10_in_g91="replaces",
+        g10_l20="solved",
+        g10_tool_r="ignored",
+        m98_p="number",
+        m99="restart",
+        macros="linuxcnc",
     ),
 }
 
-CHOICES: dict[str, tuple[str, ...]] = {
-    "cycle_return": ("G98", "G99"),
-    "dwell_p": ("ms", "s", "point"),
-    "g80": ("motion", "cycle"),
-    "r_and_ijk": ("r_wins", "error"),
-    "g87": ("shift", "centre"),
-    "macros": ("fanuc", "linuxcnc"),
-    "m99": ("end", "restart"),
-}
 
+def choose_readings(dialect: str, given: Mapping[str, Any] | None = None) -> Readings:
+    """Return the row of a dialect with single keys replaced.
 
-def choose_dialect(name: str, overrides: Mapping[str, Any] | None = None) -> Dialect:
-    """Return the dialect `name` with single keys replaced.
+    Args:
+        dialect: name of the row.
+        given: keys of `control:` as the machine file gives them; of `arc` too, only what it gives.
 
     Raises:
-        UsageError: the name, a key or a value is not known.
+        UsageError: there is no such dialect.
     """
-    if name not in DIALECTS:
-        raise UsageError(f"unknown dialect {name!r}; known are {', '.join(DIALECTS)}")
-    for key, value in (overrides or {}).items():
-        if key not in CHOICES:
-            raise UsageError(f"unknown dialect key {key!r}; known are {', '.join(CHOICES)}")
-        if value not in CHOICES[key]:
-            known = ", ".join(CHOICES[key])
-            raise UsageError(f"dialect key {key} cannot be {value!r}; known are {known}")
-    return replace(DIALECTS[name], **(overrides or {}))
+    if dialect not in ROWS:
+        raise UsageError(f"unknown dialect {dialect!r}; known are {', '.join(ROWS)}")
+    return _replaced(ROWS[dialect], given or {})
 
 
-assert set(CHOICES) == {field.name for field in fields(Dialect)} - {"name"}
+def _replaced(row: Any, given: Mapping[str, Any]) -> Any:
+    """Return a row with keys replaced, those of a section within it one by one."""
+    values = {}
+    for name, value in given.items():
+        old = getattr(row, name)
+        values[name] = _replaced(old, value) if is_dataclass(old) else value
+    return replace(row, **values)

@@ -110,6 +110,6 @@ class Runs:
             first = key[1] * CHUNK
             last = min(first + CHUNK, len(source.lines))
             control = self.state.control
-            letters = control.axes, control.ignore_words
+            letters = control.axes, frozenset(control.readings.ignore_words)
             self._chunks[key] = scan(source.lines, first, last, *letters, SHORTEST)
         return self._chunks[key]

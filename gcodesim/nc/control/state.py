@@ -51,8 +51,8 @@ class State:
     def __init__(self, control: Control) -> None:
         self.control = control
         self.modal = Modal(
-            cycle_return=980 if control.dialect.cycle_return == "G98" else 990,
-            unit=200 if control.inch else 210,
+            cycle_return=980 if control.readings.cycle_return == "G98" else 990,
+            unit=200 if control.readings.program_unit == "inch" else 210,
         )
         first = control.offsets.get(1, WorkOffset())
         self.frames = Frames(g5x=list(first.value), rotation=first.rotation)
@@ -123,7 +123,7 @@ class State:
         kinematics, modal, frames = self.control.kinematics, self.modal, self.frames
         self.frame, self.position = Frame.MACHINE, axes
         if kinematics is not None and (modal.tcp or frames.tilt is not None):
-            circle = modal.tcp == 435 and self.control.orientation == "great_circle"
+            circle = modal.tcp == 435 and self.control.readings.orientation == "great_circle"
             self.frame = Frame.GREAT_CIRCLE if circle else Frame.WORK
             self.position = tip_position(kinematics, axes, frames.tool)
         self._stood = self.position, axes

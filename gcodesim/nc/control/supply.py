@@ -1,4 +1,4 @@
-"""What the control knows before a program starts: offsets, tools, reference points, dialect."""
+"""What the control knows before a program starts: offsets, tools, reference points, readings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from gcodesim.nc.control.readings import Dialect
+from gcodesim.nc.control.readings import Readings
 from gcodesim.nc.program import Floats
 
 Vector = tuple[float, float, float, float, float, float]
@@ -69,23 +69,6 @@ class ToolEntry:
     name: str = ""
 
 
-@dataclass(frozen=True)
-class ArcTolerance:
-    """When an arc closes well enough (nc-language section 6, as LinuxCNC).
-
-    Attributes:
-        tol_mm: radii may differ by this much whatever the radius [mm]; 2.54 times it under G20.
-        tol_rel: above tol_mm, radii may differ by this part of the radius.
-        tol_max_mm: radii never differ by more [mm]; 2.54 times it under G20.
-        r_tol_mm: half the chord may exceed R by this much [mm]; also the smallest radius.
-    """
-
-    tol_mm: float = 0.02828
-    tol_rel: float = 0.001
-    tol_max_mm: float = 2.828
-    r_tol_mm: float = 0.00127
-
-
 def _machine_zero() -> dict[str, dict[str, float]]:
     return {code: dict.fromkeys("XYZABC", 0.0) for code in ("G28", "G30")}
 
@@ -95,6 +78,7 @@ class Control:
     """Everything a program may refer to without defining it.
 
     Attributes:
+        readings: how it reads what the standard leaves open.
         axes: letters the machine has, out of XYZABC.
         start: axis letter -> machine position at program start [mm, deg]; left out = 0.
         tools: tool table; None = no table was supplied.
@@ -105,25 +89,13 @@ class Control:
         wrap: rotary axis letter -> none | shortest | sign, see wrap.unwound; left out = none.
         travel: rotary axis letter -> lower and upper machine limit [deg], for wrap.
         feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
-        m_codes, g_codes: code -> none | clamp | stop: accepted without an effect on the path.
-        ignore_words: letters that are dropped and counted.
         block_delete: blocks that begin with / are left out.
-        inch: the control starts in G20.
-        peck_backoff: G73 and G83 stop this far above the last depth [mm].
-        bore_shift: G76 and G87 with Q shift the tool this way in G17: +X | -X | +Y | -Y; X stands
-            for the first axis of another plane, Y for the second.
         kinematics: None = no machine is known, or it has no rotary joints.
-        tcp_frame: program axes under tool centre point control ride on the table as it stands at
-            rotary zero (table), or stand as the machine's at the moment it is switched on (work).
-        tcp_rotary_feed: feed of blocks under tool centre point control that turn rotary axes only
-            [deg/min]; None = F.
-        orientation: the tool turns between two vectors of G43.5 with the rotary axes running
-            linearly (joints) or along the great circle (great_circle).
         max_blocks: interpretation ends after this many blocks; None = after MAX_BLOCKS, or after
             MAX_REPEATED_BLOCKS more than all texts have lines.
     """
 
-    dialect: Dialect
+    readings: Readings
     axes: str = "XYZABC"
     start: Mapping[str, float] = field(default_factory=dict)
     tools: Mapping[int, ToolEntry] | None = None
@@ -134,16 +106,6 @@ class Control:
     wrap: Mapping[str, str] = field(default_factory=dict)
     travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     feed: float | None = None
-    m_codes: Mapping[float, str] = field(default_factory=dict)
-    g_codes: Mapping[float, str] = field(default_factory=dict)
-    ignore_words: frozenset[str] = frozenset()
-    arc: ArcTolerance = ArcTolerance()
     block_delete: bool = False
-    inch: bool = False
-    peck_backoff: float = 0.254
-    bore_shift: str = "+X"
     kinematics: Kinematics | None = None
-    tcp_frame: str = "table"
-    tcp_rotary_feed: float | None = None
-    orientation: str = "joints"
     max_blocks: int | None = None

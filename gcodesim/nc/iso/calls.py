@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gcodesim.nc.control.program_flow import Flow
+from gcodesim.nc.control.readings import Readings
 from gcodesim.nc.control.state import State
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.parameters import Level
@@ -23,19 +24,20 @@ ARGUMENTS = {
 
 
 def call_program(state: State, block: Block, number: int) -> None:
-    """M98 P L; Fanuc writes the repeats before four digits of P too."""
+    """M98 P L; the repeats may stand before four digits of P too."""
     if "P" not in block.values:
         raise block.error("subprogram_not_found", "M98 without P", "M98")
     program = block.whole("P")
     repeats = _repeats(block)
     if "L" not in block.values:
-        repeats, program = split_number(program, state.control.dialect.name)
+        repeats, program = split_number(program, state.control.readings)
     state.request = lambda flow: flow.call_program(program, repeats)
 
 
-def split_number(number: int, dialect: str) -> tuple[int, int]:
+def split_number(number: int, readings: Readings) -> tuple[int, int]:
     """Return repeats and number of the subprogram that P of M98 without L means."""
-    return divmod(number, 10_000) if number > 9999 and dialect == "fanuc" else (1, number)
+    repeats = number > 9999 and readings.m98_p == "repeats"
+    return divmod(number, 10_000) if repeats else (1, number)
 
 
 def call_block(state: State, block: Block, number: int) -> None:
@@ -55,7 +57,7 @@ def return_from_call(state: State, block: Block, number: int) -> None:
             flow.leave(target)
         elif target is not None:
             flow.go_to_number(target)
-        elif state.control.dialect.m99 == "restart":
+        elif state.control.readings.m99 == "restart":
             flow.restart()
         else:
             state.report(block.finding("main_program_repeats", "M99 in the main program", "M99"))

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 
 from gcodesim.nc.control.program_flow import Flow, FlowError, Source
+from gcodesim.nc.control.readings import Readings
 from gcodesim.nc.iso.calls import split_number
 from gcodesim.nc.iso.structure import compact
 
@@ -24,7 +25,7 @@ FAR = 1 << 24
 """Bytes into a program after which calls are left to be found when they run."""
 
 
-def missing_call(flow: Flow, dialect: str) -> tuple[int, str, FlowError] | None:
+def missing_call(flow: Flow, readings: Readings) -> tuple[int, str, FlowError] | None:
     """Return line index, code and error of the first such call, None when there is none.
 
     A call in a block that is wrong otherwise, or may be deleted, is left alone.
@@ -39,7 +40,7 @@ def missing_call(flow: Flow, dialect: str) -> tuple[int, str, FlowError] | None:
         code = "G65" if "G65" in text else "M98"
         program = int(number[1])
         if code == "M98" and "L" not in text:
-            _, program = split_number(program, dialect)
+            _, program = split_number(program, readings)
         try:
             flow.find_program(program)
         except FlowError as error:

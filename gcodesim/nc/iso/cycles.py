@@ -33,7 +33,7 @@ KEPT = "RQPIJ"
 
 
 SHIFTS = {"+X": (1.0, 0.0), "-X": (-1.0, 0.0), "+Y": (0.0, 1.0), "-Y": (0.0, -1.0)}
-"""Control.bore_shift -> way along the two axes of the plane."""
+"""Readings.bore_shift -> way along the two axes of the plane."""
 
 
 @dataclass(slots=True)
@@ -106,7 +106,7 @@ def run_cycle(state: State, block: Block, number: int) -> None:
     if modal.cycle != number:
         modal.cycle_words = {k: v for k, v in modal.cycle_words.items() if k in "RZ"}
     modal.cycle = number
-    if state.control.dialect.g80 == "motion":
+    if state.control.readings.g80 == "motion":
         modal.motion = END_OF_MOTION
     _keep_words(state, block)
     repeats = _repeats(state, block, number)
@@ -131,13 +131,13 @@ def _keep_words(state: State, block: Block) -> None:
         modal.cycle_words["P"] = dwell_seconds(state, block, "P")
     if depth in values:
         modal.cycle_words["Z"] = values[depth] * state.scale
-    if modal.cycle == 870 and state.control.dialect.g87 == "centre" and "K" in values:
+    if modal.cycle == 870 and state.control.readings.g87 == "centre" and "K" in values:
         modal.cycle_words["K"] = values["K"] * state.scale
 
 
 def _repeats(state: State, block: Block, number: int) -> int:
     """Return how many holes L or K of this block asks for."""
-    centred = number == 870 and state.control.dialect.g87 == "centre"
+    centred = number == 870 and state.control.readings.g87 == "centre"
     letter = "L" if "L" in block.values else "K" if "K" in block.values and not centred else ""
     repeats = block.whole(letter) if letter else 1
     if repeats > MAX_STEPS:
@@ -154,7 +154,7 @@ def check_words(state: State, block: Block, number: int) -> None:
     modal = state.modal
     words, code = modal.cycle_words, f"G{number // 10}"
     depth = AXES[PLANES[modal.plane][2]]
-    centred = number == 870 and state.control.dialect.g87 == "centre"
+    centred = number == 870 and state.control.readings.g87 == "centre"
     needed = "ZR" + NEEDED[number] + ("Q" if number in (760, 870) and not centred else "")
     for letter in needed + (CENTRE_WORDS[PLANES[modal.plane][2]] if centred else ""):
         if letter not in words:
@@ -200,7 +200,7 @@ def new_hole(make: type[AnyHole], state: State, block: Block, number: int) -> An
 
 def _is_shifted(state: State, number: int) -> bool:
     """Tell whether this is back boring with a shift: down beside the hole, and up."""
-    return number == 870 and state.control.dialect.g87 != "centre"
+    return number == 870 and state.control.readings.g87 != "centre"
 
 
 def _rapid(state: State, block: Block, point: list[float]) -> None:
@@ -235,7 +235,7 @@ def _peck_depths(hole: Hole) -> list[float]:
 def _peck(hole: Hole) -> None:
     """G83: out to R between pecks."""
     depths = _peck_depths(hole)
-    back_off = hole.state.control.peck_backoff
+    back_off = hole.state.control.readings.peck_backoff
     for depth in depths[:-1]:
         hole.feed(depth)
         hole.rapid(hole.r)
@@ -250,7 +250,7 @@ def _break_chips(hole: Hole) -> None:
     depths = _peck_depths(hole)
     for depth in depths[:-1]:
         hole.feed(depth)
-        hole.rapid(depth + hole.state.control.peck_backoff)
+        hole.rapid(depth + hole.state.control.readings.peck_backoff)
     hole.feed(depths[-1])
     hole.dwell()
     hole.rapid(hole.out)
@@ -283,7 +283,7 @@ def _bore_and_stop(hole: Hole) -> None:
 
 def _fine_bore(hole: Hole) -> None:
     """G76: out with the tool shifted off the wall."""
-    u, v = SHIFTS[hole.state.control.bore_shift]
+    u, v = SHIFTS[hole.state.control.readings.bore_shift]
     hole.feed(hole.z)
     hole.dwell()
     hole.shift(hole.q * u, hole.q * v)
@@ -294,14 +294,14 @@ def _fine_bore(hole: Hole) -> None:
 def _back_bore(hole: Hole) -> None:
     """G87: down beside the hole, in, and bore upwards."""
     state = hole.state
-    if state.control.dialect.g87 == "centre":
+    if state.control.readings.g87 == "centre":
         words = state.modal.cycle_words
         letters = [CENTRE_WORDS[i] for i in PLANES[state.modal.plane]]
         u, v, top = (words.get(letter, 0.0) for letter in letters)
         top += hole.z if state.modal.distance == 910 else 0.0
         ends = (hole.z, top, hole.z, hole.out)
     else:
-        u, v = (hole.q * way for way in SHIFTS[state.control.bore_shift])
+        u, v = (hole.q * way for way in SHIFTS[state.control.readings.bore_shift])
         ends = (hole.r, hole.z, hole.z, hole.initial)
     below, top, free, last = ends
     hole.shift(u, v)
@@ -336,7 +336,7 @@ assert STEPS.keys() == NEEDED.keys()
 
 
 def end_cycle(state: State, block: Block, number: int) -> None:
-    """G80: no cycle from here on; where the dialect says so, no motion mode either."""
+    """G80: no cycle from here on; where the control reads it so, no motion mode either."""
     state.modal.cycle = 0
-    if state.control.dialect.g80 == "motion":
+    if state.control.readings.g80 == "motion":
         state.modal.motion = number

@@ -4,8 +4,8 @@ value    = number | parameter | "[" expression "]" | function | ("+" | "-") valu
 parameter = "#" ( number | "<" name ">" | parameter | "[" expression "]" )
 function = NAME "[" expression "]", ATAN [y] "/" [x], EXISTS "[" "#<" name ">" "]"
 
-Operators, strongest first: ** · * / MOD (AND for Fanuc) · + - (OR XOR for Fanuc) · comparisons ·
-AND OR XOR. A sign belongs to its number, so [-2**2] is 4. Angles are in degrees.
+Operators by strength: MacroRules.levels. A sign belongs to its number, so [-2**2] is 4. Angles are
+in degrees.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable
 
 from gcodesim.nc.iso.functions import FUNCTIONS, OPERATORS, atan2_degrees, equals
+from gcodesim.nc.iso.macro_rules import MacroRules
 from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
 Evaluate = Callable[[Parameters], float | None]
@@ -27,37 +28,17 @@ FUNCTION = re.compile(r"(" + "|".join(FUNCTIONS) + r")(?=\[)")
 MAX_DEPTH = 50
 """Brackets, signs and # may nest this deep; a control allows five."""
 
-LEVELS = {
-    "fanuc": (
-        ("*", "/", "MOD", "AND"),
-        ("+", "-", "OR", "XOR"),
-        ("EQ", "NE", "GT", "GE", "LT", "LE"),
-    ),
-    "linuxcnc": (
-        ("**",),
-        ("*", "/", "MOD"),
-        ("+", "-"),
-        ("EQ", "NE", "GT", "GE", "LT", "LE"),
-        ("AND", "OR", "XOR"),
-    ),
-}
-"""Macro language -> operators by strength, strongest first."""
-
-PATTERNS = {
-    language: [re.compile("|".join(map(re.escape, names))) for names in levels]
-    for language, levels in LEVELS.items()
-}
-
 
 class Parser:
     """Reads values from a text without blanks, in capitals.
 
     Attributes:
         text, at: the text and how far it is read.
+        rules: of the language of the macros.
     """
 
-    def __init__(self, text: str, at: int, language: str) -> None:
-        self.text, self.at, self.language = text, at, language
+    def __init__(self, text: str, at: int, rules: MacroRules) -> None:
+        self.text, self.at, self.rules = text, at, rules
         self._depth = 0
 
     def error(self, meaning: str, what: str) -> ExpressionError:
@@ -122,7 +103,7 @@ class Parser:
 
     def operation(self) -> Evaluate:
         """Read an expression without brackets around it."""
-        return self._operation(len(LEVELS[self.language]) - 1)
+        return self._operation(len(self.rules.levels) - 1)
 
     def _operation(self, level: int) -> Evaluate:
         """Read operands joined by operators of this strength or stronger ones."""
@@ -130,9 +111,9 @@ class Parser:
             return self.value()
         first = self._operation(level - 1)
         others: list[tuple[Join, Evaluate]] = []
-        while match := PATTERNS[self.language][level].match(self.text, self.at):
+        while match := self.rules.levels[level].match(self.text, self.at):
             self.at = match.end()
-            join = _join(match[0], match.start(), self.language)
+            join = _join(match[0], match.start(), self.rules)
             others.append((join, self._operation(level - 1)))
         if not others:
             return first
@@ -161,12 +142,12 @@ class Parser:
         inner = self.bracket()
         if name == "ATAN" and self.text.startswith("/[", self.at):
             self.at += 1
-            return _atan(inner, self.bracket(), self.language)
+            return _atan(inner, self.bracket(), self.rules)
         function = FUNCTIONS[name]
 
         def evaluate(p: Parameters) -> float:
             try:
-                return function(inner(p) or 0.0, self.language)
+                return function(inner(p) or 0.0, self.rules)
             except (ValueError, OverflowError):
                 what = f"{name}[{inner(p) or 0.0:g}]"
                 raise ExpressionError("function_domain", what, place) from None
@@ -174,21 +155,21 @@ class Parser:
         return evaluate
 
 
-def _atan(y: Evaluate, x: Evaluate, language: str) -> Evaluate:
-    return lambda p: atan2_degrees(y(p) or 0.0, x(p) or 0.0, language)
+def _atan(y: Evaluate, x: Evaluate, rules: MacroRules) -> Evaluate:
+    return lambda p: atan2_degrees(y(p) or 0.0, x(p) or 0.0, rules)
 
 
-def _join(operator: str, place: int, language: str) -> Join:
+def _join(operator: str, place: int, rules: MacroRules) -> Join:
     """Return the operation; a vacant operand counts as 0, and equals only another vacant one."""
     if operator in ("EQ", "NE"):
-        wanted, vacant = operator == "EQ", language == "fanuc"
+        wanted, vacant = operator == "EQ", rules.vacant
         return lambda a, b: float(equals(a, b, vacant) == wanted)
     function = OPERATORS[operator]
 
     def join(left: float | None, right: float | None) -> float:
         a, b = left or 0.0, right or 0.0
         try:
-            return function(a, b, language)
+            return function(a, b, rules)
         except ZeroDivisionError:
             raise ExpressionError("division_by_zero", f"{a:g} {operator} 0", place) from None
         except (ValueError, OverflowError):

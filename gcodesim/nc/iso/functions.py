@@ -6,11 +6,13 @@ import math
 import operator
 from collections.abc import Callable
 
+from gcodesim.nc.iso.macro_rules import MacroRules
+
 SAME = 1e-6
 """LinuxCNC: numbers nearer than this are equal in EQ and NE."""
 
-Binary = Callable[[float, float, str], float]
-Unary = Callable[[float, str], float]
+Binary = Callable[[float, float, MacroRules], float]
+Unary = Callable[[float, MacroRules], float]
 
 
 def equals(a: float | None, b: float | None, vacant: bool) -> bool:
@@ -20,33 +22,33 @@ def equals(a: float | None, b: float | None, vacant: bool) -> bool:
     return abs((a or 0.0) - (b or 0.0)) < SAME
 
 
-def atan2_degrees(y: float, x: float, language: str) -> float:
-    """ATAN[y]/[x]: 0 to 360 for Fanuc, -180 to 180 for LinuxCNC."""
+def atan2_degrees(y: float, x: float, rules: MacroRules) -> float:
+    """ATAN[y]/[x]: 0 to 360, or -180 to 180."""
     angle = math.degrees(math.atan2(y, x))
-    return angle % 360.0 if language == "fanuc" else angle
+    return angle % 360.0 if rules.full_turn else angle
 
 
-def _power(a: float, b: float, language: str) -> float:
+def _power(a: float, b: float, rules: MacroRules) -> float:
     result = a**b
     if isinstance(result, complex):
         raise ValueError
     return result
 
 
-def _remainder(a: float, b: float, language: str) -> float:
+def _remainder(a: float, b: float, rules: MacroRules) -> float:
     if b == 0:
         raise ZeroDivisionError
     rest = math.fmod(a, b)
-    return rest + abs(b) if rest < 0 and language == "linuxcnc" else rest
+    return rest + abs(b) if rest < 0 and rules.floored else rest
 
 
-def _logic(fanuc: Callable[[int, int], int], anchor: Callable[[bool, bool], bool]) -> Binary:
-    """Return a bitwise operator for Fanuc, a logical one for LinuxCNC."""
+def _logic(bits: Callable[[int, int], int], truth: Callable[[bool, bool], bool]) -> Binary:
+    """Return an operator on bits, or on what is not 0."""
 
-    def evaluate(a: float, b: float, language: str) -> float:
-        if language == "fanuc":
-            return float(fanuc(int(a), int(b)))
-        return float(anchor(a != 0, b != 0))
+    def evaluate(a: float, b: float, rules: MacroRules) -> float:
+        if rules.bitwise:
+            return float(bits(int(a), int(b)))
+        return float(truth(a != 0, b != 0))
 
     return evaluate
 
@@ -68,35 +70,33 @@ OPERATORS: dict[str, Binary] = {
 }
 
 
-def _round(x: float, language: str) -> float:
+def _round(x: float, rules: MacroRules) -> float:
     """ROUND: halves away from zero."""
     return math.copysign(math.floor(abs(x) + 0.5), x)
 
 
-def _fix(x: float, language: str) -> float:
-    """FIX: towards zero for Fanuc, down for LinuxCNC."""
-    return float(math.trunc(x) if language == "fanuc" else math.floor(x))
+def _fix(x: float, rules: MacroRules) -> float:
+    """FIX: down, or towards zero."""
+    return float(math.floor(x) if rules.floored else math.trunc(x))
 
 
-def _fup(x: float, language: str) -> float:
-    """FUP: away from zero for Fanuc, up for LinuxCNC."""
-    if language == "fanuc":
-        return math.copysign(math.ceil(abs(x)), x)
-    return float(math.ceil(x))
+def _fup(x: float, rules: MacroRules) -> float:
+    """FUP: up, or away from zero."""
+    return float(math.ceil(x)) if rules.floored else math.copysign(math.ceil(abs(x)), x)
 
 
-def _ln(x: float, language: str) -> float:
+def _ln(x: float, rules: MacroRules) -> float:
     return math.log(x)
 
 
-def _bin(x: float, language: str) -> float:
+def _bin(x: float, rules: MacroRules) -> float:
     """BIN: from binary-coded decimal."""
     if x < 0:
         raise ValueError
     return float(int(f"{int(x):x}"))
 
 
-def _bcd(x: float, language: str) -> float:
+def _bcd(x: float, rules: MacroRules) -> float:
     """BCD: to binary-coded decimal."""
     if x < 0:
         raise ValueError

@@ -155,7 +155,7 @@ class Interpreter:
             block = Block(self.file, error.line + 1, line)
             self.state.report(block.finding("block_structure", str(error)))
             return False
-        missing = missing_call(self._flow, self.control.dialect.name)
+        missing = missing_call(self._flow, self.control.readings)
         if missing is None:
             return True
         index, code, why = missing
@@ -288,7 +288,7 @@ class Interpreter:
         rows: list[Row] = []
         values: dict[str, float] = {}
         block.rows, block.values = rows, values
-        codes, ignore = self._rows, self.control.ignore_words
+        codes, ignore = self._rows, self.control.readings.ignore_words
         block.corner, behind_comma = ("", 0.0), -1
         for index, (letter, number, _) in enumerate(block.tokens):
             if index == behind_comma:
@@ -322,7 +322,7 @@ class Interpreter:
     def _corner(self, block: Block, index: int) -> bool:
         """Tell whether a comma begins a corner word of Fanuc; keep the word, and take it away."""
         tokens = block.tokens
-        if tokens[index][2] != "," or self.control.dialect.macros != "fanuc":
+        if tokens[index][2] != "," or not self.control.readings.comma_corners:
             return False
         letter, number, _ = tokens[index + 1] if index + 1 < len(tokens) else ("", "", "")
         if letter not in ("R", "C") or block.corner[0]:
@@ -409,7 +409,7 @@ class Interpreter:
         """Return the row of the motion code in force, of a block with these rows of its own."""
         modal = self.state.modal
         ended = any(row.group is Group.CYCLE for row in rows)
-        if ended and self.control.dialect.g80 == "motion":
+        if ended and self.control.readings.g80 == "motion":
             return NO_MOTION
         if modal.cycle and not ended:
             return self._codes["G", modal.cycle]

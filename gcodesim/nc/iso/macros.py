@@ -42,7 +42,7 @@ class Macros:
         try:
             statement = block.statement
             if statement is None:
-                statement = block.statement = parse(block.compact, self.parameters.language)
+                statement = block.statement = parse(block.compact, self.parameters.rules)
             tokens: list[Token] = []
             places: list[int] = []
             for letter, number, evaluate, place in statement.words:
@@ -191,7 +191,7 @@ class Macros:
         row = self.flow.source.first + line
         if row not in self._branches:
             text = compact(self.flow.source.lines[line]).lstrip("/")
-            self._branches[row] = parse(text, self.parameters.language)
+            self._branches[row] = parse(text, self.parameters.rules)
         return self._branches[row]
 
     def _end_of_if(self, line: int) -> int:

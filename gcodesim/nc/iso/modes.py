@@ -10,9 +10,9 @@ from gcodesim.nc.program import Kind
 def set_feed_mode(state: State, block: Block, number: int) -> None:
     """G93 G94 G95: a change clears F, for the number would mean something else.
 
-    LinuxCNC forgets F with every such word, also without a change.
+    Some controls forget F with every such word, also without a change.
     """
-    if state.modal.feed_mode != number or state.control.dialect.name == "linuxcnc":
+    if state.modal.feed_mode != number or state.control.readings.feed_forgotten == "always":
         state.modal.feed = None
     state.modal.feed_mode = number
 
@@ -85,7 +85,7 @@ def set_path(state: State, block: Block, number: int) -> None:
 
 
 def dwell(state: State, block: Block, number: int) -> None:
-    """G4: P in the unit of the dialect, X and U in seconds."""
+    """G4: P in the unit of the control, X and U in seconds."""
     letter = next((letter for letter in "PXU" if letter in block.values), "")
     if not letter:
         raise block.error("dwell_missing", "G4 without P", "G4")
@@ -95,13 +95,13 @@ def dwell(state: State, block: Block, number: int) -> None:
 
 
 def dwell_seconds(state: State, block: Block, letter: str) -> float:
-    """Return the time a word gives: P in the unit of the dialect, others in seconds."""
+    """Return the time a word gives: P in the unit of the control, others in seconds."""
     seconds = block.not_negative(letter)
     return seconds / 1000.0 if letter == "P" and _is_milliseconds(state, block) else seconds
 
 
 def _is_milliseconds(state: State, block: Block) -> bool:
-    unit = state.control.dialect.dwell_p
+    unit = state.control.readings.dwell_p
     if unit == "point":
         return not any(token[0] == "P" and "." in str(token[1]) for token in block.tokens)
     return unit == "ms"
@@ -133,12 +133,12 @@ def cancel_compensation(state: State, block: Block, number: int) -> None:
 
 def listed_g(state: State, block: Block, number: int) -> None:
     """A G code that the machine file lists."""
-    _listed(state, block, f"G{number / 10:g}", state.control.g_codes[number / 10])
+    _listed(state, block, f"G{number / 10:g}", state.control.readings.g_codes[number / 10])
 
 
 def listed_m(state: State, block: Block, number: int) -> None:
     """An M code that the machine file lists."""
-    _listed(state, block, f"M{number / 10:g}", state.control.m_codes[number / 10])
+    _listed(state, block, f"M{number / 10:g}", state.control.readings.m_codes[number / 10])
 
 
 def _listed(state: State, block: Block, code: str, effect: str) -> None:

@@ -226,7 +226,7 @@ def feed_of(
     if not feed:
         raise block.error("feed_missing", "feed move without F")
     if rotary_only and modal.tcp and modal.feed_mode == 940:
-        feed = state.control.tcp_rotary_feed or feed
+        feed = state.control.readings.tcp_rotary_feed or feed
     if modal.feed_mode == 950 and not modal.speed:
         raise block.error("feed_per_rev_no_spindle", "G95 with S0")
     if cutting and modal.spindle not in (30, 40) and not state.has_reported("spindle_off_feed"):
@@ -292,9 +292,9 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
     # Under G43.5 I J K is the direction of the tool, so that only R is left for arcs.
     vectors = state.modal.tcp == VECTORS
     given = [letter for letter in CENTRE_WORDS if letter in words and not vectors]
-    if "R" in words and (not given or state.control.dialect.r_and_ijk == "r_wins"):
+    if "R" in words and (not given or state.control.readings.r_and_ijk == "r_wins"):
         radius = words["R"] * scale
-        tolerance = state.control.arc
+        tolerance = state.control.readings.arc
         return centre_from_radius(
             (start[u], start[v]), (end[u], end[v]), radius, clockwise, tolerance
         )
@@ -308,7 +308,7 @@ def _centre(state: State, block: Block, end: list[float], clockwise: bool) -> Po
     offset_u, offset_v = (words.get(CENTRE_WORDS[i], 0.0) * scale for i in (u, v))
     centre = (offset_u, offset_v) if absolute else (start[u] + offset_u, start[v] + offset_v)
     inch = state.modal.unit == 200
-    check_centre((start[u], start[v]), (end[u], end[v]), centre, state.control.arc, inch)
+    check_centre((start[u], start[v]), (end[u], end[v]), centre, state.control.readings.arc, inch)
     return centre
 
 

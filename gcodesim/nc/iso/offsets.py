@@ -215,7 +215,7 @@ def set_tip_control(state: State, code: int, tool: list[float] | None = None) ->
     """
     state.unfollowed.pop("length", None)
     axes, modal = state.axes, state.modal
-    if code and state.control.tcp_frame == "work":
+    if code and state.control.readings.tcp_frame == "work":
         state.tcp_rotary = axes[3:]
     if tool is not None:
         state.frames.tool = tool
@@ -236,12 +236,12 @@ def _set_tool_offset(state: State, block: Block, value: list[float], number: int
 def _tool_offset(state: State, block: Block) -> list[float]:
     """Return the offset that H names, or that of the tool in the spindle without H.
 
-    Without a tool table the length of the mounted tool stands in. H0 is zero; under linuxcnc it is
-    the tool in the spindle too.
+    Without a tool table the length of the mounted tool stands in. H0 is zero, or the tool
+    in the spindle too where the control reads it so.
     """
     control = state.control
     entry = block.whole("H") if "H" in block.values else state.modal.tool
-    if entry == 0 and control.dialect.name == "linuxcnc":
+    if entry == 0 and control.readings.h0 == "spindle":
         entry = state.modal.tool
     if state.tools is None and entry != 0:
         if not control.tool_for_all:

@@ -7,20 +7,11 @@ from dataclasses import dataclass, field
 
 from gcodesim.nc.control.state import INCH, LIMIT, State
 from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.iso.macro_rules import MACROS
 from gcodesim.nc.program import AXES
-
-LOCALS = {"fanuc": 33, "linuxcnc": 30}
-"""Macro language -> #1 to here are local to a call."""
-
-LAST = {"fanuc": 9999, "haas": 10999, "linuxcnc": 5602}
-"""Dialect -> highest parameter."""
 
 REFERENCES = {5161: "G28", 5181: "G30"}
 FIRST_OFFSET = 5221
-READ_ONLY = {
-    "fanuc": (range(4001, 4131), range(5001, 5047)),
-    "linuxcnc": (range(5400, 5429),),
-}
 ALARM, OPERATOR_STOP = 3000, 3006
 IGNORED = (3003, 3004)
 """Fanuc: suppression of single block and feed hold, which move nothing."""
@@ -52,14 +43,14 @@ class Parameters:
 
     Attributes:
         state: where system parameters are read from.
+        rules: of the language of the macros.
         level: of the call that is running.
         undefined: told of the number of a parameter that is read before it was given a value.
     """
 
     def __init__(self, state: State) -> None:
         self.state, self.level = state, Level()
-        self.dialect = state.control.dialect.name
-        self.language = state.control.dialect.macros
+        self.rules = MACROS[state.control.readings.macros]
         self._globals = Level()
         self.undefined: Callable[[int], None] = lambda number: None
 
@@ -76,7 +67,7 @@ class Parameters:
         number = self._number(value, place)
         if self._holder(number) is None:
             return self._system(number, place)
-        if self.language == "fanuc":
+        if self.rules.vacant:
             return None
         self.undefined(number)
         return 0.0
@@ -92,7 +83,7 @@ class Parameters:
                 known[value] = new
                 return
         number = self._number(value, place)
-        if not number or any(number in span for span in READ_ONLY[self.language]):
+        if not number or any(number in span for span in self.rules.read_only):
             raise ExpressionError("parameter_readonly", f"#{number}", place)
         holder = self._holder(number)
         if holder is None:
@@ -102,11 +93,9 @@ class Parameters:
 
     def _holder(self, number: int) -> dict[float, float | None] | None:
         """Return where a parameter is kept; None for those of the system."""
-        if number <= LOCALS[self.language]:
+        if number <= self.rules.locals:
             return self.level.numbers
-        if number < 1000 or number > 9999 or (self.language == "linuxcnc" and number < 5000):
-            return self._globals.numbers
-        return None
+        return None if number in self.rules.system else self._globals.numbers
 
     def named(self, name: str, place: int) -> float | None:
         """Return a named parameter.
@@ -133,39 +122,50 @@ class Parameters:
         return name in level.names
 
     def _number(self, value: float, place: int) -> int:
-        lowest = 0 if self.language == "fanuc" else 1
-        if not lowest <= value <= LAST[self.dialect] or not value.is_integer():
-            what = f"#{value:g}: there are #{lowest} to #{LAST[self.dialect]}"
+        lowest, last = self.rules.lowest, self.rules.last
+        if not lowest <= value <= last or not value.is_integer():
+            what = f"#{value:g}: there are #{lowest} to #{last}"
             raise ExpressionError("parameter_out_of_range", what, place)
         return int(value)
 
     def _system(self, number: int, place: int) -> float | None:
-        state = self.state
-        fanuc = self.language == "fanuc"
-        if fanuc and number in MODAL:
+        value = LAYOUTS[self.rules.layout][0](self, number)
+        if value is None:
+            raise ExpressionError("parameter_unknown", f"#{number}", place)
+        return value
+
+    def macro_b(self, number: int) -> float | None:
+        """Return a system parameter of Macro B, None where it is not known."""
+        state, i = self.state, number % 20 - 1
+        if number in MODAL:
             return MODAL[number](state)
-        if fanuc and (i := number % 20 - 1) in range(6):
-            if number // 20 == 251:
-                return self._length(state.axes[i], i)
-            if number // 20 in (250, 252):
-                return self._length(state.point[i], i)
-        if not fanuc:
-            for first, code in REFERENCES.items():
-                if number - first in range(6):
-                    return state.reference[code].get(AXES[number - first], 0.0)
-            if number == 5400:
-                return float(state.modal.tool or 0)
-            if number - 5401 in range(6):
-                return self._tool_in_spindle(number - 5401)
-            if number - 5420 in range(6):
-                return self._length(state.point[number - 5420], number - 5420)
-            if number == 5220:
-                return float(state.work_offset)
+        if i in range(6) and number // 20 == 251:
+            return self._length(state.axes[i], i)
+        if i in range(6) and number // 20 in (250, 252):
+            return self._length(state.point[i], i)
         index, i = divmod(number - FIRST_OFFSET, 20)
-        if index in range(6 if fanuc else 9) and i in range(6):
-            value = state.offsets.get(index + 1, WorkOffset()).value[i]
-            return self._length(value, i) if fanuc else self._own_unit(value, i)
-        raise ExpressionError("parameter_unknown", f"#{number}", place)
+        if index in range(6) and i in range(6):
+            return self._length(state.offsets.get(index + 1, WorkOffset()).value[i], i)
+        return None
+
+    def linuxcnc(self, number: int) -> float | None:
+        """Return a system parameter of LinuxCNC, None where it is not known."""
+        state = self.state
+        for first, code in REFERENCES.items():
+            if number - first in range(6):
+                return state.reference[code].get(AXES[number - first], 0.0)
+        if number == 5400:
+            return float(state.modal.tool or 0)
+        if number - 5401 in range(6):
+            return self._tool_in_spindle(number - 5401)
+        if number - 5420 in range(6):
+            return self._length(state.point[number - 5420], number - 5420)
+        if number == 5220:
+            return float(state.work_offset)
+        index, i = divmod(number - FIRST_OFFSET, 20)
+        if index in range(9) and i in range(6):
+            return self._own_unit(state.offsets.get(index + 1, WorkOffset()).value[i], i)
+        return None
 
     def _tool_in_spindle(self, i: int) -> float:
         """Return the tool table's offset for the tool in the spindle, whatever G43 has set."""
@@ -178,26 +178,39 @@ class Parameters:
 
     def _own_unit(self, value: float, i: int) -> float:
         """Return a value of the control's tables: G20 and G21 do not change its unit."""
-        return value / (INCH if self.state.control.inch and i < 3 else 1.0)
+        inch = self.state.control.readings.program_unit == "inch"
+        return value / (INCH if inch and i < 3 else 1.0)
 
     def _length(self, value: float, i: int) -> float:
         return value / self.state.scale if i < 3 else value
 
     def _set_system(self, number: int, value: float, place: int) -> None:
-        state = self.state
-        if self.language == "fanuc":
-            if number in IGNORED:
-                return
-            if number in (ALARM, OPERATOR_STOP):
-                state.stop_request = (number, value)
-                return
-        else:
-            for first, code in REFERENCES.items():
-                if number - first in range(6) and abs(value) <= LIMIT:
-                    state.reference[code][AXES[number - first]] = value
-                    return
-        raise ExpressionError("parameter_unknown", f"writing #{number}", place)
+        if not LAYOUTS[self.rules.layout][1](self, number, value):
+            raise ExpressionError("parameter_unknown", f"writing #{number}", place)
 
+    def set_macro_b(self, number: int, value: float) -> bool:
+        """Write a system parameter of Macro B; return whether that can be followed."""
+        if number in (ALARM, OPERATOR_STOP):
+            self.state.stop_request = (number, value)
+        return number in (ALARM, OPERATOR_STOP, *IGNORED)
+
+    def set_linuxcnc(self, number: int, value: float) -> bool:
+        """Write a system parameter of LinuxCNC; return whether that can be followed."""
+        for first, code in REFERENCES.items():
+            if number - first in range(6) and abs(value) <= LIMIT:
+                self.state.reference[code][AXES[number - first]] = value
+                return True
+        return False
+
+
+Reader = Callable[[Parameters, int], float | None]
+Writer = Callable[[Parameters, int, float], bool]
+
+LAYOUTS: dict[str, tuple[Reader, Writer]] = {
+    "macro_b": (Parameters.macro_b, Parameters.set_macro_b),
+    "linuxcnc": (Parameters.linuxcnc, Parameters.set_linuxcnc),
+}
+"""MacroRules.layout -> how the system's parameters are read and written."""
 
 POSITION_NAMES = ("_X", "_Y", "_Z", "_A", "_B", "_C")
 

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass, field
 
 from gcodesim.nc.iso.expressions import NAME, Evaluate, Parser
+from gcodesim.nc.iso.macro_rules import MacroRules
 from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
 WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))?")
@@ -50,13 +51,13 @@ class Statement:
     arguments: list[Evaluate] = field(default_factory=list)
 
 
-def parse(text: str, language: str) -> Statement:
+def parse(text: str, rules: MacroRules) -> Statement:
     """Read a block without blanks, in capitals.
 
     Raises:
         ExpressionError: it is none.
     """
-    parser, statement = Parser(text, 0, language), Statement()
+    parser, statement = Parser(text, 0, rules), Statement()
     while parser.at < len(text):
         at = parser.at
         if statement.control and statement.control != "IF":
@@ -97,8 +98,8 @@ def _assignment(parser: Parser, statement: Statement) -> None:
     if parser.text[parser.at : parser.at + 1] != "=":
         raise parser.error("bad_character", "no = behind the parameter")
     parser.at += 1
-    # Fanuc writes #1=#2+1 without brackets; for LinuxCNC a value is all there is.
-    value = parser.operation() if parser.language == "fanuc" else parser.value()
+    # Macro B writes #1=#2+1 without brackets; beside o-words a value is all there is.
+    value = parser.value() if parser.rules.o_words else parser.operation()
     statement.assignments.append((target, value, at))
 
 
@@ -135,7 +136,7 @@ def _o_word(parser: Parser, statement: Statement) -> bool:
         return False
     # ELSE is the beginning of ELSEIF, DO of nothing else.
     name = "ELSEIF" if parser.text.startswith("ELSEIF", keyword.start()) else keyword[0]
-    if parser.language == "fanuc":
+    if not parser.rules.o_words:
         raise parser.error("macro_unsupported", "o-word")
     parser.at = keyword.start() + len(name)
     statement.control = f"O-{name}"

@@ -15,6 +15,9 @@ from gcodesim.nc.program import Frame, Kind
 FIXTURES = 9
 """Work offsets G54 to G59.3."""
 
+HIGHEST_SOLVED = {"above_9": FIXTURES, "additional": 0, "solved": math.inf}
+"""Readings.g10_l20 -> highest P of G10 L20 that is no additional offset."""
+
 
 def set_table(state: State, block: Block, number: int) -> None:
     """G10: L2 and L20 set work offsets, L1, L10 and L11 tools."""
@@ -41,7 +44,7 @@ def _set_offset(state: State, block: Block, *, solve: bool) -> None:
     if solve:
         new = _solved(state, values, old.value, math.radians(rotation))
     else:
-        adds = state.modal.distance == 910 and state.control.dialect.name != "linuxcnc"
+        adds = state.modal.distance == 910 and state.control.readings.g10_in_g91 == "adds"
         new = [
             values.get(i, 0.0) + v if adds or i not in values else values[i]
             for i, v in enumerate(old.value)
@@ -72,11 +75,11 @@ def _solved(
 def _offset_index(state: State, block: Block, solve: bool) -> tuple[int, bool]:
     """Return the number of the work offset, and whether it is to be solved for.
 
-    L20 of Fanuc above P9, and of Haas, sets an additional offset (nc-language section 13).
+    L20 sets an additional offset where the control reads P so (nc-language section 13).
     """
     value = block.values.get("P", 0.0)
-    dialect = state.control.dialect.name
-    additional = solve and (dialect == "haas" or (dialect == "fanuc" and value > FIXTURES))
+    highest = HIGHEST_SOLVED[state.control.readings.g10_l20]
+    additional = solve and value > highest
     if value < 0 or not value.is_integer() or (value > FIXTURES and not additional):
         raise block.error("g10_bad_p", f"G10 with P{value:g}", "P")
     if additional and value:
@@ -87,7 +90,7 @@ def _offset_index(state: State, block: Block, solve: bool) -> tuple[int, bool]:
 def _set_tool(state: State, block: Block, kind: int) -> None:
     """L1: the words; L10: the current point reads them; L11: it reads them in G59.3.
 
-    Fanuc and Haas give the length, or its wear, as R.
+    Where the control reads it so, R is the length, or its wear.
     """
     value = block.values.get("P")
     if value is None or value < 1 or not value.is_integer():
@@ -102,7 +105,7 @@ def _set_tool(state: State, block: Block, kind: int) -> None:
     old = state.tools.get(tool, ToolEntry(tool, ZERO, 0.0))
     offset = list(old.offset)
     values = axis_values(state, block)
-    if state.control.dialect.name != "linuxcnc" and "R" in block.values:
+    if state.control.readings.g10_tool_r == "length" and "R" in block.values:
         length = block.values["R"] * state.scale
         offset[2] = offset[2] + length if kind == 11 else length
     fixture = state.offsets.get(FIXTURES, WorkOffset()).value

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-from gcodesim.nc.control.readings import Dialect
+from gcodesim.nc.control.readings import Readings
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.supply import Control
 from gcodesim.nc.iso import calls, cycles, five_axis, offsets, tables
@@ -265,12 +265,12 @@ TABLE: tuple[Row, ...] = (
 # fmt: on
 
 
-def codes_of(dialect: Dialect) -> dict[tuple[str, int], Row]:
+def codes_of(readings: Readings) -> dict[tuple[str, int], Row]:
     """Return the rows a dialect has, by letter and number in tenths."""
     return {
         (row.letter, row.number): row
         for row in TABLE
-        if not row.dialects or dialect.name in row.dialects.split()
+        if not row.dialects or readings.dialect in row.dialects.split()
     }
 
 
@@ -279,10 +279,10 @@ def codes_for(control: Control) -> dict[tuple[str, int], Row]:
 
     A listed code replaces a refused one, never one that gcodesim follows.
     """
-    rows = codes_of(control.dialect)
+    rows = codes_of(control.readings)
     for letter, listed, action in (
-        ("G", control.g_codes, settings.listed_g),
-        ("M", control.m_codes, settings.listed_m),
+        ("G", control.readings.g_codes, settings.listed_g),
+        ("M", control.readings.m_codes, settings.listed_m),
     ):
         for code in listed:
             key = (letter, round(code * 10))
