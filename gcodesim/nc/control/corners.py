@@ -9,17 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from gcodesim.constants import CORNER_REST_MM, STRAIGHT_ON_SINE
 from gcodesim.nc.control.state import State
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.program import PLANES, Kind
 
 INVERSE_TIME = 930
-
-STRAIGHT_ON = 1e-9
-"""Sine of the angle below which two blocks make no corner: there is nothing to cut."""
-
-SAME_MM = 1e-9
-"""A block longer than the cut by less than this [mm] is cut as a whole: so much is rounding."""
 
 
 @dataclass(frozen=True)
@@ -81,23 +76,23 @@ def cut_corner(state: State, block: Block, end: list[float]) -> None:
     flat = all(corner.start[i] == at[i] == end[i] for i in range(6) if i not in (u, v))
     back, onward = (_way(at, point, u, v) for point in (corner.start, end))
     cross, dot = back.v * onward.u - back.u * onward.v, back.u * onward.u + back.v * onward.v
-    is_straight = abs(cross) < STRAIGHT_ON
+    is_straight = abs(cross) < STRAIGHT_ON_SINE
     if not flat or corner.row != len(state.recorder) - 1 or (is_straight and dot > 0.0):
         raise block.error("corner_not_followed", "no straight block in the plane behind a corner")
     if is_straight:
         return
     half = math.atan2(abs(cross), dot) / 2
     length = corner.size / math.tan(half) if corner.is_round else corner.size
-    if length > min(back.length, onward.length) + SAME_MM:
+    if length > min(back.length, onward.length) + CORNER_REST_MM:
         what = f"{length:.6g} mm of blocks of {back.length:.6g} and {onward.length:.6g} mm"
         raise block.error("corner_too_large", f"the corner takes {what}")
     state.recorder.truncate(corner.row)
     first, last = (_along(at, way, length, u, v) for way in (back, onward))
-    if back.length - length > SAME_MM:
+    if back.length - length > CORNER_REST_MM:
         _record(state, corner, Kind.FEED, first)
     else:
         state.position, state.point = state.frames.machine(first), first
-    if onward.length - length <= SAME_MM:
+    if onward.length - length <= CORNER_REST_MM:
         last = end
     if corner.is_round:
         chord = math.hypot(back.u + onward.u, back.v + onward.v)

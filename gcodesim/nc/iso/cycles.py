@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
+from gcodesim.constants import SAME_LEVEL_MM
 from gcodesim.nc.control.arcs import CENTRE_WORDS
 from gcodesim.nc.control.state import State
 from gcodesim.nc.iso.block import Block
@@ -18,9 +19,6 @@ MACHINE_COORDINATES = 530
 
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
-
-SAME_LEVEL_MM = 1e-9
-"""A peck this near to the bottom is the last: inches must not leave a peck of 1e-14 mm."""
 
 NEEDED = {
     **dict.fromkeys((730, 830), "Q"),
