@@ -1,4 +1,8 @@
-"""Every tolerance of gcodesim: its unit, its usual value and what breaks when it changes."""
+"""Every tolerance that decides a verdict: its unit, its value and what breaks when it changes.
+
+Numbers that decide none (of geometry, drawing, speed, or that another control prescribes) stand
+where they are used; tests/test_constants.py lists each of them with its reason.
+"""
 
 from __future__ import annotations
 
@@ -53,7 +57,7 @@ PAIR_BITS = 16
 """First contacts are ordered by one int64 key: sample << PAIR_BITS | pair. 16 bits allow 65,536
 pairs and 1.4e14 samples."""
 
-LINEAR_LIMIT_SLACK_MM = 1.0e-6
+TRAVEL_SLACK = 1.0e-6
 """Travel may be exceeded by this [mm or deg] without a finding: programs with three decimals that
 end exactly on a limit must not fail through rounding."""
 
@@ -69,3 +73,113 @@ TCP_DEVIATION_MM = 1.0e-3
 """Moves under tool centre point control are cut into pieces straight in the joints; no point of a
 link leaves the true path by more than this [mm], and pairs keep that distance. Smaller makes more
 pieces (as the inverse square root), larger widens every pair."""
+
+# What the distances of pairs are good for.
+
+DISTANCE_GOOD_TO_MM = 5.0e-7
+"""A smallest distance is found to this [mm]; finer costs time with the square root, and most where
+faces are parallel."""
+
+AUDIT_GOOD_TO_MM = 1.0e-6
+"""A margin of what was left out is confirmed when it holds to this [mm]: twice what distances are
+good to. Smaller calls rounding a disagreement (GC901)."""
+
+MINIMUM_KNOWN_PART = 1.0e-3
+"""The smallest distance over time is known to this part of it, and its time is when the pair first
+comes within this part of it: where a pair stays at one distance for long, finer costs a hundred
+times as much."""
+
+FOUND_AGAIN_MM = 1.0e-6
+"""What is added to the distance for its time [mm]: smaller, and rounding may lose the time."""
+
+# Files of a machine.
+
+LARGEST_NUMBER = 1.0e9
+"""Largest number of a machine, tools, setup or mesh file, in any unit: beyond it squares of lengths
+lose the micrometre."""
+
+UNIT_RATIO = 20.0
+"""A mesh this many times smaller or larger than the longest linear travel has a suspicious unit
+(GC503). Smaller suspects bolts and beds."""
+
+THIN_TRIANGLE = 1.0e-12
+"""Twice a triangle's area over its longest edge squared; below this it counts as degenerate
+(GC504). Larger calls the slivers of honest meshes faulty."""
+
+TOUCHING_MM = 1.0e-6
+"""A gap between flute and holder up to this [mm] needs no shank between them; smaller asks for one
+(GC421) because of rounding."""
+
+# Rotary axes and tool centre point control.
+
+SINGULAR_VOLUME = 1.0e-6
+"""Slides whose directions span less than this volume cannot place a tip; rotary axes at a smaller
+sine of their angle cannot point a tool. Smaller would let slides run a million times as far."""
+
+LEAST_VOLUME = 1.0e-3
+"""Slides that may span less volume somewhere in a stretch have no bound there: they all but lie in
+one plane, and would have to run a thousand times as far as the tip."""
+
+RIGHT_ANGLE_COSINE = 1.0e-12
+"""Slides whose directions have cosines below this stand at right angles. Larger would bound a
+skewed machine as if it were square."""
+
+REACH_SLACK = 1.0e-12
+"""Directions this far outside the cone that a pair of axes reaches count as on its edge (square of
+a sine). Larger would turn tools beyond what was programmed."""
+
+ONE_AXIS_SLACK_RAD = 1.0e-6
+"""A machine with one rotary axis may miss a direction by this [rad]: I J K have 6 digits. Smaller
+refuses honest programs, larger turns tools elsewhere than programmed."""
+
+POLE_RAD = 1.0e-9
+"""Nearer than this [rad] to the axis next to the part, a direction leaves that joint free. Larger
+keeps a joint that should turn."""
+
+POLE_STEP_RAD = 1.0e-7
+"""A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
+lever of 300 mm. Larger leaves more of a circle beside a pole without a bound."""
+
+TRAVEL_TIE = 1.0e-9
+"""Two choices of rotary positions whose travel differs by less than this part are equally far.
+Smaller lets rounding choose which way a head tilts."""
+
+SAME_ROTARY_DEG = 1.0e-6
+"""Rotary positions that differ by less are the same [deg]. Larger overlooks turns at a pole."""
+
+NEAR_POLE_DEG = 5.0
+"""A joint that is too slow within this angle of a pole is so because of the pole (GC304, not
+GC303): it turns 11 times as fast there as the tool axis."""
+
+STILL_MM = 1.0e-9
+"""A tip that moves less than this [mm] stands still, and F counts degrees: rounding stays below.
+Smaller reads the feed of turns in place as mm/min."""
+
+# Motion.
+
+TANGENT_DEG = 10.0
+"""Corners of up to this angle are passed without a stop. A smaller one stops programs that write
+curves as chords, which no control does; a larger one lets an axis jump by more of the feed."""
+
+SPIRAL_PART = 0.01
+"""Radii that change by more than this part make a spiral, whose extremes are looked for in another
+way than those of a circle. Larger may miss overtravel, for Newton steps may miss an extreme."""
+
+SERVO_ARC_MM = 1.0e-7
+"""How far the cubics that stand for an arc may leave it [mm]: the response leaves its own by no
+more than that times the overshoot of the drive. Smaller only costs time."""
+
+# Programs.
+
+STRAIGHT_ON_SINE = 1.0e-9
+"""Sine of the angle below which two blocks make no corner: there is nothing to cut or round."""
+
+CORNER_REST_MM = 1.0e-9
+"""A block longer than the cut of its corner by less than this [mm] is cut as a whole: so much is
+rounding. Smaller refuses corners that just fit (GC404)."""
+
+SAME_LEVEL_MM = 1.0e-9
+"""A peck this near to the bottom [mm] is the last: inches must not leave a peck of 1e-14 mm."""
+
+SAME_ANGLE_DEG = 1.0e-9
+"""Angles nearer than this are the same [deg]: float noise must not cost a full turn."""

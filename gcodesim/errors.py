@@ -1,10 +1,16 @@
-"""The errors gcodesim raises, and where each one is caught.
+"""The errors that leave the room they are raised in, and who catches each one.
 
 GcodesimError          everything below; a bare traceback of another type is a defect
-├── UsageError         an option or a file cannot be used: the command ends with exit code 2
+├── UsageError         an option or a file cannot be used: the only kind that reaches a caller of
+│   │                  gcodesim; a command ends with exit code 2
 │   └── ModelError     a machine, tools or setup file is wrong: names file, line and key
-├── OrientationError   no rotary position holds the tool so: carries a meaning, caught by nc
-└── ProgramError       a block no control would accept: carries a Finding, caught by nc.interpreter
+├── OrientationError   no rotary position holds the tool so: raised in machine/, carries a meaning;
+│                      the interpreter and the planner make a finding of it
+└── ProgramError       a block no control would accept: carries a Finding; the interpreter stops
+
+Errors that the reading of a program raises and catches itself (nc/: of an arc, an expression, the
+flow) stand beside the code that raises them and are no GcodesimError: nc/ makes a ProgramError or a
+finding of each of them, so none leaves it.
 """
 
 from __future__ import annotations
@@ -16,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class GcodesimError(Exception):
-    """Base of every error that gcodesim raises on purpose."""
+    """Base of every error that leaves the room it is raised in."""
 
 
 class UsageError(GcodesimError):
@@ -42,7 +48,7 @@ class OrientationError(GcodesimError):
     """The rotary joints cannot hold the tool in a wanted direction.
 
     Attributes:
-        meaning: stable id of the cause, a key of nc.meanings.MEANINGS.
+        meaning: stable id of the cause, a key of findings.meanings.MEANINGS.
     """
 
     def __init__(self, meaning: str, message: str) -> None:

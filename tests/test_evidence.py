@@ -1,12 +1,19 @@
-"""What is said about a pair that is too near: numbers that show why it is said."""
+"""What findings of pairs say: the code of a contact, and numbers that show why one is too near."""
 
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 
+from gcodesim.checking.evidence import contact_finding, first_contact
 from gcodesim.checking.flow import check_program
 from gcodesim.checking.options import Options
-from gcodesim.study.scenes import box, joint, machine
+from gcodesim.collision.search.events import Contact
+from gcodesim.findings.codes import Finding
+from gcodesim.machine.model import Pair
+from gcodesim.motion.samples import tool_spans
+from gcodesim.study.scenes import box, joint, machine, path
 
 
 @pytest.mark.parametrize(
@@ -27,3 +34,46 @@ def test_a_clearance_that_is_just_reached_is_told_so(clearance: float, said: str
     messages = [finding.message for finding in result.findings if finding.code == "GC201"]
     assert len(messages) == (said is not None)
     assert all(message.endswith(said or "") for message in messages)
+
+
+TOOL, CUT = ("flute", "shank", "holder"), ("part", "stock")
+CODES_OF_ROLES = [
+    ("GC101", ("machine",), ("machine",)),
+    ("GC102", TOOL, ("machine",)),
+    ("GC103", TOOL, CUT),
+    ("GC104", TOOL, ("fixture",)),
+    ("GC108", ("machine", "fixture"), (*CUT, "fixture")),
+]
+
+
+@pytest.mark.parametrize(
+    ("code", "roles"),
+    [(code, roles) for code, a, b in CODES_OF_ROLES for roles in product(a, b)],
+)
+def test_the_code_of_a_contact_does_not_depend_on_the_order_of_the_pair(
+    code: str, roles: tuple[str, str]
+) -> None:
+    found = [_contact(roles), _contact((roles[1], roles[0]))]
+    assert [_finding(contact).code for contact in found] == [code, code]
+
+
+def test_what_touches_between_two_samples_is_inside_nothing() -> None:
+    """The interval of such a contact knows no triangles, but surfaces meet in it."""
+    finding = _finding(_contact(("machine", "part"), between=True))
+    assert (finding.code, finding.meaning) == ("GC107", "contact")
+    assert finding.message == "a touches b between two samples"
+
+
+def _contact(roles: tuple[str, str], *, between: bool = False) -> Contact:
+    triangles = None if between else (0, 0)
+    (span,) = tool_spans(PATH)
+    return Contact(
+        10, 10**9, Pair("a", "b"), ("a", "b"), roles, span, False, triangles, between=between
+    )
+
+
+def _finding(contact: Contact) -> Finding:
+    return contact_finding(contact, first_contact(contact, PATH, ()))
+
+
+PATH = path([joint("X", [1, 0, 0])], [0.0], [(1.0, [10.0])])

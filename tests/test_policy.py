@@ -13,8 +13,8 @@ from reporting import LIMIT, NEAR, NOTE, PASSED, TOUCH, UNKNOWN, finding
 from gcodesim.checking.verdict import LEVELS, decide
 from gcodesim.cli import main
 from gcodesim.errors import UsageError
-from gcodesim.findings.codes import CODES, CONTAINMENT_UNDECIDED, FAIL, Finding
-from gcodesim.policy.baseline import read_baseline
+from gcodesim.findings.codes import CODES, CONTAINMENT_UNDECIDED, FAIL, FORMER_CODES, Finding
+from gcodesim.policy.baseline import Baseline, read_baseline
 from gcodesim.policy.comments import comments_in
 from gcodesim.policy.policy import Policy
 from gcodesim.policy.rules import parse_rule
@@ -285,3 +285,40 @@ def test_a_wrong_baseline_is_named(folder: Path, text: str, said: str) -> None:
     result = check("once.nc", "--baseline", "b.json")
     assert result.exit_code == 2
     assert f"b.json: {said}" in result.stderr
+
+
+@pytest.mark.parametrize("former", FORMER_CODES["GC108"])
+@pytest.mark.parametrize("whole", [True, False])
+def test_what_was_accepted_under_a_former_code_stays_accepted(
+    tmp_path: Path, former: str, whole: bool
+) -> None:
+    """A baseline from before GC108: its entry is found, keeps its reason, and is written anew."""
+    twice = [finding("GC108", pair=("Z", "part")), finding("GC108", pair=("Z", "part"))]
+    now = replace(PASSED, findings=(*twice, NEAR))
+    before = replace(now, findings=(*(replace(f, code=former) for f in twice), NEAR))
+    path = str(tmp_path / "accepted.json")
+    old = Baseline(path, {}).updated([(before, before.findings, True)])
+    entries = {k: replace(e, reason=f"reason {i}") for i, (k, e) in enumerate(old.entries.items())}
+    old = replace(old, entries=entries)
+
+    assert old.unused(now) == []
+    accepted = Policy(baseline=old).apply(now, "", stop_all=True)
+    assert (accepted.verdict, len(accepted.ignored)) == ("pass", 3)
+    assert [e.reason for e in old.entries_of(now)] == [e.reason for e in old.entries_of(before)]
+
+    new = old.updated([(now, now.findings, whole)])
+    assert sorted(e.code for e in new.entries.values()) == ["GC108", "GC108", "GC201"]
+    assert [e.reason for e in new.entries_of(now)] == [e.reason for e in old.entries_of(before)]
+
+
+def test_a_former_code_speaks_of_no_other_finding(tmp_path: Path) -> None:
+    touch = finding("GC108", pair=("Z", "part"))
+    others = [
+        replace(touch, pair=("Z", "vise")),
+        replace(touch, block="N7"),
+        replace(touch, tool=3),
+    ]
+    others = [replace(other, code="GC103") for other in others]
+    before = replace(PASSED, findings=(*others, replace(touch, code="GC107")))
+    old = Baseline(str(tmp_path / "b.json"), {}).updated([(before, before.findings, True)])
+    assert old.entries_of(replace(PASSED, findings=(touch,))) == [None]

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from gcodesim.collision.detector import Detection, Task, detect
+from gcodesim.constants import AUDIT_GOOD_TO_MM
 from gcodesim.findings.codes import Finding
-
-GOOD_TO_MM = 1.0e-6
-"""Smallest distances are found to 5e-7 mm; a margin is confirmed when it holds to this."""
 
 
 def audit(task: Task, detection: Detection) -> list[Finding]:
@@ -30,7 +28,7 @@ def audit(task: Task, detection: Detection) -> list[Finding]:
     pairs = [item for item in items if item.what in smallest]
     for item in pairs:
         distance = smallest[item.what]
-        if distance < item.bound_mm + item.margin_mm - GOOD_TO_MM:
+        if distance < item.bound_mm + item.margin_mm - AUDIT_GOOD_TO_MM:
             wrong.append(f"{item.what} comes to {distance:.6g} mm, left out with {item.margin_mm}")
     if wrong:
         return [Finding("GC901", f"audit disagrees: {text}", "audit_disagrees") for text in wrong]

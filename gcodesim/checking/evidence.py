@@ -31,6 +31,8 @@ from gcodesim.motion.samples import Span, tool_spans
 from gcodesim.nc.control.interpreter import Interpretation
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
+CUT_ROLES = frozenset({"part", "stock"})
+SETUP_ROLES = CUT_ROLES | {"fixture"}
 
 
 def first_contact(contact: Contact, path: Path, lines: Sequence[str]) -> FirstContact:
@@ -56,7 +58,8 @@ def first_contact(contact: Contact, path: Path, lines: Sequence[str]) -> FirstCo
 
 def contact_finding(contact: Contact, first: FirstContact) -> Finding:
     """The finding that goes with the first contact."""
-    what = "touches" if contact.triangles else "is inside, or around,"
+    surfaces = contact.triangles is not None or contact.between
+    what = "touches" if surfaces else "is inside, or around,"
     if contact.between and contact.distance > SLACK_MM:
         what = f"comes within {contact.distance:.3g} mm of"
     where = "at the start" if contact.appears and not contact.time_ps else "here"
@@ -68,7 +71,7 @@ def contact_finding(contact: Contact, first: FirstContact) -> Finding:
     return Finding(
         _contact_code(contact),
         message,
-        "contact" if contact.triangles else "containment",
+        "contact" if surfaces else "containment",
         line=first.line or None,
         time_s=first.time_s,
         pair=first.pair,
@@ -268,14 +271,12 @@ def off_path_lines(
 
 
 def _lags(off: OffPath, machine: Machine) -> Iterator[str]:
-    """What is said about every joint that lags: the most, and what half of the time is enough."""
+    """Yield a text for every joint that lags: the most, and what half of the time is enough."""
     usual = off.late.usual().tolist() if off.late else []
     enough = dict(zip(off.late.columns.tolist(), usual, strict=True)) if off.late else {}
     for column, (joint, most) in enumerate(zip(machine.joints, off.lag, strict=True)):
-        unit, half = (
-            "deg" if joint.rotary else "mm",
-            f"{max(enough.get(column, most), SLACK_MM):.3g}",
-        )
+        unit = "deg" if joint.rotary else "mm"
+        half = f"{max(enough.get(column, most), SLACK_MM):.3g}"
         if most > 0.0:
             more = f", half of the time {half} {unit}" if half != f"{most:.3g}" else ""
             yield f"{joint.name} at most {most:.3g} {unit}{more}"
@@ -286,7 +287,7 @@ def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:
     block = _block(meaning.lines, finding.line or 0)
     if finding.line is None:
         return replace(finding, file=file, block=block)
-    # Lines of subprograms in files of their own are counted behind the main program.
+    # Lines of subprograms in files of their own are counted after the main program.
     name, line = meaning.place(finding.line)
     return replace(finding, file=name, line=line, block=block)
 
@@ -317,16 +318,20 @@ def _part_name(contact: Contact, side: int) -> str:
 
 
 def _contact_code(contact: Contact) -> str:
+    """The code of a contact: what meets, in either order of the pair, unless when it does counts.
+
+    Two bodies of the setup that different links carry meet as a link of the machine meets one.
+    """
     if contact.between:
         return "GC107"
     if contact.appears:
         return "GC106"
     roles = set(contact.roles)
-    if roles & {"stock", "part"}:
+    if not roles & TOOL_ROLES:
+        return "GC108" if roles & SETUP_ROLES else "GC101"
+    if roles & CUT_ROLES:
         return "GC103"
-    if "fixture" in roles:
-        return "GC104" if roles & TOOL_ROLES else "GC101"
-    return "GC102" if roles & TOOL_ROLES else "GC101"
+    return "GC104" if "fixture" in roles else "GC102"
 
 
 def _shapeless(span: Span, machine: Machine) -> Finding:

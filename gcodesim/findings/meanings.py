@@ -1,8 +1,10 @@
-"""The one table of what can be wrong with a block: meaning, code of the finding, what is right."""
+"""The one table of meanings: the stable id of a cause, the code of its finding, what is right."""
 
 from __future__ import annotations
 
-MEANINGS: dict[str, tuple[str, str]] = {
+from gcodesim.findings.codes import CONTAINMENT_UNDECIDED
+
+LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     # Characters, words and blocks.
     "bad_character": ("GC401", "only words, comments and a leading / or : belong into a block"),
     "comment_nested": ("GC401", "comments cannot be nested; close the first one before"),
@@ -101,4 +103,49 @@ MEANINGS: dict[str, tuple[str, str]] = {
     "spindle_off_feed": ("GC430", "reported once; start the spindle with M3 or M4 before"),
     "exact_path_assumed": ("GC430", "gcodesim follows the exact path; a control rounds corners"),
 }
-"""Meaning (nc-language section 11) -> key of findings.CODES, and what would be right."""
+"""What the blocks of a program can be refused for, or make worth knowing."""
+
+CHECK_MEANINGS: dict[str, tuple[str, str]] = {
+    "audit_agrees": ("GC430", "checking with nothing left out gives the same answer"),
+    "audit_disagrees": ("GC901", "checking with nothing left out gives another answer: report it"),
+    "axis_too_slow": ("GC303", "the block is stretched to the rapid rate of its slowest axis"),
+    "baseline_unused": ("GC602", "what was accepted is gone: --update-baseline removes the entry"),
+    "body_unpaired": ("GC430", "name the body in `pairs`, or leave `pairs` out"),
+    "clearance": ("GC201", "give the pair more room, or a smaller clearance"),
+    "contact": ("GC101", "surfaces of two bodies touch or cross; GC102 to GC108 in the same way"),
+    "containment": ("GC106", "one body lies wholly inside the other"),
+    CONTAINMENT_UNDECIDED: ("GC501", "the mesh must be closed to tell inside from outside"),
+    "ignore_refused": ("GC601", "a contact needs a reason, and what was not checked always counts"),
+    "ignore_unreadable": ("GC601", "write (gcodesim: ignore GC201 reason=why) in the block's line"),
+    "ignore_unused": ("GC602", "take the comment out: its block has no such finding"),
+    "max_pieces": ("GC424", "turn less under tool centre point control, or in several programs"),
+    "mesh_degenerate": ("GC504", "repair the mesh: triangles without area are checked as lines"),
+    "mesh_inward": ("GC504", "the triangles face inwards; they were turned over"),
+    "mesh_open": ("GC501", "close the mesh where it has edges with one triangle"),
+    "mesh_repeated": ("GC504", "draw every triangle once: export the mesh again, without doubles"),
+    "mesh_unit": ("GC503", "set units: in the machine file"),
+    "model_unverified": ("GC430", "measure the machine, then write `verified: true`"),
+    "near_pole": ("GC304", "tilt the tool away from the axis of the table or fork, or feed slower"),
+    "no_motion": ("GC430", "nothing can collide, and nothing was checked"),
+    "offsets_missing": ("GC430", "give the work offsets in the machine or setup file"),
+    "overdue": ("GC901", "give the batch a longer --time-limit, or check this program alone"),
+    "overtravel": ("GC301", "positions stay inside the travel; GC302 for rotary axes"),
+    "pair_out_of_reach": ("GC430", "nothing to do: such a pair is proved apart before each search"),
+    "pairs_missing": ("GC430", "give links a shape, and name pairs or leave `pairs` out"),
+    "path_tolerance_missing": ("GC430", "ask the builder how far the control rounds corners"),
+    "reference_out_of_travel": ("GC301", "the reference position, or the travel, is wrong"),
+    "rest": ("GC502", "correct shapes, joints or start; or `allow` the pair, with a reason"),
+    "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
+    "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
+    "time_limit": ("GC424", "what follows the limit of program time was not checked"),
+    "tool_centre_unsolved": ("GC430", "X Y Z between work and tool, and A B C that point the tool"),
+    "tool_part_without_shape": ("GC421", "give shank and holder in the tools file"),
+    "tools_missing": ("GC430", "give a tools file, or `for: all` with the mounted tool"),
+    "travel_unlimited": ("GC430", "give the slide its `limits`"),
+    "worker_lost": ("GC901", "check this program alone: it may need more memory, or find a defect"),
+    "zero_out_of_travel": ("GC430", "draw the shapes at a pose within the travel, or correct it"),
+}
+"""What model, motion, search and policy find."""
+
+MEANINGS = LANGUAGE_MEANINGS | CHECK_MEANINGS
+"""Meaning -> key of CODES (the first of several), and what would be right."""

@@ -15,7 +15,7 @@ from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.mesh import read_mesh
 from gcodesim.machine.model import Joint, Part
-from gcodesim.machine.schema import BodyShapes, Placement, Shape
+from gcodesim.machine.schema import BodySpec, PlacementSpec, ShapeSpec
 from gcodesim.machine.tree import unit_vector
 from gcodesim.machine.yaml_lines import YamlFile
 
@@ -46,7 +46,7 @@ class PartReader:
     travel: float = 0.0
     findings: list[Finding] = field(default_factory=list)
 
-    def parts(self, body: BodyShapes, name: str, role: str, *key: str | int) -> tuple[Part, ...]:
+    def parts(self, body: BodySpec, name: str, role: str, *key: str | int) -> tuple[Part, ...]:
         """Parts of a body at a key of the file; a single shape is named as its body."""
         if body.parts is not None:
             return tuple(
@@ -55,7 +55,7 @@ class PartReader:
             )
         return (self.part(body, name, role, *key),) if body.kind else ()
 
-    def part(self, shape: Shape, name: str, role: str, *key: str | int) -> Part:
+    def part(self, shape: ShapeSpec, name: str, role: str, *key: str | int) -> Part:
         """One shape, placed."""
         if shape.mesh is not None:
             part = self.mesh(shape.mesh, name, role, *key, "mesh")
@@ -84,7 +84,7 @@ class PartReader:
             raise self.source.error(text, *key)
         return path
 
-    def _primitive(self, shape: Shape, name: str, role: str, *key: str | int) -> Part:
+    def _primitive(self, shape: ShapeSpec, name: str, role: str, *key: str | int) -> Part:
         kind = shape.kind
         try:
             triangles, radius = self._triangles(shape, *key, kind)
@@ -95,7 +95,7 @@ class PartReader:
             source += f", {shapes.SIDES} sides, at most {shapes.excess(radius):.3g} mm too large"
         return Part(name, triangles, True, role, source)
 
-    def _triangles(self, shape: Shape, *key: str | int) -> tuple[Array, float]:
+    def _triangles(self, shape: ShapeSpec, *key: str | int) -> tuple[Array, float]:
         """Triangles of a primitive and its largest radius [mm], 0 for a flat one."""
         if shape.box is not None:
             return shapes.box(shape.box.size, shape.box.center), 0.0
@@ -114,7 +114,7 @@ class PartReader:
         return triangles, max(round_.radius, top)
 
 
-def _placed(triangles: Array, placement: Placement) -> Array:
+def _placed(triangles: Array, placement: PlacementSpec) -> Array:
     """Turned about fixed X, then Y, then Z, then shifted."""
     about_x, about_y, about_z = (
         rotation(axis, angle) for axis, angle in zip(np.eye(3), placement.rotate, strict=True)

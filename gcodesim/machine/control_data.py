@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from gcodesim.machine.model import Machine, Tool, WorkOffset
+from gcodesim.machine.model import Machine, Tool, ZeroPoint
 from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
 from gcodesim.nc.control.readings import choose_readings
@@ -65,7 +65,7 @@ def bare_control(
     return Control(
         readings=choose_readings(dialect or "fanuc"),
         tools=_tool_table(read_tools(tools)) if tools else None,
-        offsets={number: WorkOffset() for number in range(1, 10)},
+        offsets={number: ZeroPoint() for number in range(1, 10)},
         feed=feed,
         block_delete=block_delete,
         max_blocks=max_blocks,

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type
 
 from pydantic import Field, create_model
 
-from gcodesim.machine.sections import LARGEST, Number, Section
+from gcodesim.constants import LARGEST_NUMBER
+from gcodesim.machine.sections import Number, Section
 from gcodesim.nc.control.readings import ROWS, Readings
 
 CONTROL_KEYS = frozenset(entry.name for entry in fields(Readings) if "meaning" in entry.metadata)
 """Keys of a machine file's section `control`."""
 
 STRICT: dict[type, dict[str, Any]] = {
-    float: {"strict": True, "le": LARGEST},
+    float: {"strict": True, "le": LARGEST_NUMBER},
     bool: {"strict": True},
 }
 """Numbers and truths of a file are written as such: "3" and 1 are none."""

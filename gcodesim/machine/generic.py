@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 
 HEAD = """\
 # {title}
@@ -25,6 +26,18 @@ dialect: fanuc               # fanuc | haas | linuxcnc
 """
 
 TAIL = """\
+
+tool:
+  link: {spindle}
+  gauge_point: [0, 0, {gauge}]   # spindle face centre at the zero pose
+  axis: [0, 0, 1]            # from the tip towards the spindle
+  mounted:                   # `for: all`: it stands for every T number; else give --tools
+    {{name: cutter, length: {length}, for: all, parts: [
+      {{name: holder, cylinder: {{radius: 25, height: {holder}, center: [0, 0, {holder_z}]}}}},
+      {{name: flute, cylinder: {{radius: {radius}, height: {flute}, center: [0, 0, {flute_z}]}}}}]}}
+work:
+  link: {work}
+  offsets: {{G54: {{X: 0, Y: 0, Z: {zero}}}}}    # from the spindle face down to the table surface
 reference: {{G28: {{{home}}}}}
 start: {{{home}}}
 
@@ -65,18 +78,6 @@ joints:
   # No limits: C turns for ever. `wrap: shortest` takes the nearer way to an angle.
   C: {type: rotary, parent: A, child: C, axis: [0, 0, -1], point: [0, 0, 0], rapid: 18000, wrap: shortest, max_acceleration: 1500}
   Z: {type: linear, parent: bed, child: Z, axis: [0, 0, 1], limits: [-400, 0], rapid: 24000, max_acceleration: 4000}
-
-tool:
-  link: Z
-  gauge_point: [0, 0, 300]   # spindle face centre at the zero pose
-  axis: [0, 0, 1]            # from the tip towards the spindle
-  mounted:                   # `for: all`: it stands for every T number; else give --tools
-    {name: cutter, length: 150, for: all, parts: [
-      {name: holder, cylinder: {radius: 25, height: 70, center: [0, 0, 265]}},
-      {name: flute, cylinder: {radius: 5, height: 80, center: [0, 0, 190]}}]}
-work:
-  link: C
-  offsets: {G54: {X: 0, Y: 0, Z: -360}}    # from the spindle face down to the table surface
 """  # noqa: E501 (one line per joint)
 
 HEAD_TABLE = """\
@@ -104,18 +105,6 @@ joints:
   Y: {type: linear, parent: bed, child: Y, axis: [0, 1, 0], limits: [-200, 200], rapid: 30000, max_acceleration: 5000}
   Z: {type: linear, parent: Y, child: Z, axis: [0, 0, 1], limits: [-400, 0], rapid: 30000, max_acceleration: 5000}
   B: {type: rotary, parent: Z, child: B, axis: [0, 1, 0], point: [0, 0, 340], limits: [-95, 95], rapid: 12000, max_acceleration: 800}
-
-tool:
-  link: B
-  gauge_point: [0, 0, 200]   # spindle face centre at the zero pose
-  axis: [0, 0, 1]            # from the tip towards the spindle
-  mounted:                   # `for: all`: it stands for every T number; else give --tools
-    {name: cutter, length: 120, for: all, parts: [
-      {name: holder, cylinder: {radius: 25, height: 60, center: [0, 0, 170]}},
-      {name: flute, cylinder: {radius: 5, height: 60, center: [0, 0, 110]}}]}
-work:
-  link: C
-  offsets: {G54: {X: 0, Y: 0, Z: -225}}    # from the spindle face down to the table surface
 """  # noqa: E501 (one line per joint)
 
 HEAD_HEAD = """\
@@ -145,18 +134,6 @@ joints:
   # `point` is any point on the axis of rotation, at the zero pose.
   C: {type: rotary, parent: Z, child: C, axis: [0, 0, 1], point: [0, 0, 400], limits: [-360, 360], rapid: 15000, max_acceleration: 800}
   B: {type: rotary, parent: C, child: B, axis: [0, 1, 0], point: [0, 0, 400], limits: [-110, 110], rapid: 12000, max_acceleration: 800}
-
-tool:
-  link: B
-  gauge_point: [0, 0, 220]   # spindle face centre at the zero pose
-  axis: [0, 0, 1]            # from the tip towards the spindle
-  mounted:                   # `for: all`: it stands for every T number; else give --tools
-    {name: cutter, length: 130, for: all, parts: [
-      {name: holder, cylinder: {radius: 25, height: 60, center: [0, 0, 190]}},
-      {name: flute, cylinder: {radius: 6, height: 70, center: [0, 0, 125]}}]}
-work:
-  link: bed
-  offsets: {G54: {X: 0, Y: 0, Z: -520}}    # from the spindle face down to the table surface
 """  # noqa: E501 (one line per joint)
 
 THREE_AXIS = """\
@@ -176,32 +153,70 @@ joints:
   Y: {type: linear, parent: bed, child: Y, axis: [0, -1, 0], limits: [-200, 200], rapid: 24000, max_acceleration: 4000}
   X: {type: linear, parent: Y, child: X, axis: [-1, 0, 0], limits: [-350, 350], rapid: 24000, max_acceleration: 4000}
   Z: {type: linear, parent: bed, child: Z, axis: [0, 0, 1], limits: [-400, 0], rapid: 24000, max_acceleration: 4000}
-
-tool:
-  link: Z
-  gauge_point: [0, 0, 300]   # spindle face centre at the zero pose
-  axis: [0, 0, 1]            # from the tip towards the spindle
-  mounted:                   # `for: all`: it stands for every T number; else give --tools
-    {name: cutter, length: 150, for: all, parts: [
-      {name: holder, cylinder: {radius: 25, height: 70, center: [0, 0, 265]}},
-      {name: flute, cylinder: {radius: 5, height: 80, center: [0, 0, 190]}}]}
-work:
-  link: X
-  offsets: {G54: {X: 0, Y: 0, Z: -530}}    # from the spindle face down to the table surface
 """  # noqa: E501 (one line per joint)
 
+
+@dataclass(frozen=True)
+class GenericMachine:
+    """A machine to begin with.
+
+    Attributes:
+        title: first line of its file.
+        tree: links and joints, as YAML.
+        axes: letters of its axes.
+        spindle, work: links that carry the tool and the work.
+        gauge: height of the spindle face at the zero pose [mm].
+        surface: height of the table's surface at the zero pose [mm].
+        holder, flute: heights of the two parts of the mounted tool [mm].
+        radius: of its flute [mm].
+    """
+
+    title: str
+    tree: str
+    axes: str
+    spindle: str
+    work: str
+    gauge: int
+    surface: int
+    holder: int
+    flute: int
+    radius: int
+
+    def text(self, name: str) -> str:
+        """The machine file."""
+        tail = TAIL.format(
+            **vars(self),
+            home=", ".join(f"{axis}: 0" for axis in self.axes),
+            length=self.holder + self.flute,
+            holder_z=f"{self.gauge - self.holder / 2:g}",
+            flute_z=f"{self.gauge - self.holder - self.flute / 2:g}",
+            zero=self.surface - self.gauge,
+        )
+        return HEAD.format(title=self.title, name=name) + self.tree + tail
+
+
 MACHINES = {
-    "table-table": ("Table-tilting: cradle A and rotary table C carry the work", TABLE_TABLE, "AC"),
-    "head-table": ("Mixed: spindle head B, rotary table C", HEAD_TABLE, "BC"),
-    "head-head": ("Spindle-tilting: fork C and spindle B carry the tool", HEAD_HEAD, "BC"),
-    "three-axis": ("Three axes: X and Y move the table, Z the spindle", THREE_AXIS, ""),
-}
-"""Kind -> title, links to offsets, rotary axes."""
+    "table-table": GenericMachine(
+        "Table-tilting: cradle A and rotary table C carry the work", TABLE_TABLE,
+        axes="XYZAC", spindle="Z", work="C", gauge=300, surface=-60, holder=70, flute=80, radius=5,
+    ),
+    "head-table": GenericMachine(
+        "Mixed: spindle head B, rotary table C", HEAD_TABLE,
+        axes="XYZBC", spindle="B", work="C", gauge=200, surface=-25, holder=60, flute=60, radius=5,
+    ),
+    "head-head": GenericMachine(
+        "Spindle-tilting: fork C and spindle B carry the tool", HEAD_HEAD,
+        axes="XYZBC", spindle="B", work="bed", gauge=220, surface=-300,
+        holder=60, flute=70, radius=6,
+    ),
+    "three-axis": GenericMachine(
+        "Three axes: X and Y move the table, Z the spindle", THREE_AXIS,
+        axes="XYZ", spindle="Z", work="X", gauge=300, surface=-230, holder=70, flute=80, radius=5,
+    ),
+}  # fmt: skip
+"""Kind -> the machine."""
 
 
 def machine_text(kind: str, name: str) -> str:
     """A machine file of a kind (a key of MACHINES); other characters of the name become `_`."""
-    title, body, rotary = MACHINES[kind]
-    home = ", ".join(f"{axis}: 0" for axis in f"XYZ{rotary}")
-    plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
-    return HEAD.format(title=title, name=plain) + body + TAIL.format(home=home)
+    return MACHINES[kind].text(re.sub(r"[^A-Za-z0-9_-]", "_", name))

@@ -10,9 +10,9 @@ import numpy as np
 
 from gcodesim.machine.bodies import PartReader, longest_travel
 from gcodesim.machine.files import find_machine
-from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, WorkOffset
+from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, ZeroPoint
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
-from gcodesim.machine.schema import MachineFile, Mounted, offset_number
+from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
 from gcodesim.machine.setup import Setup, read_setup
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
@@ -130,7 +130,7 @@ def _tool_mount(
     )
 
 
-def _mounted_parts(mounted: Mounted, reader: PartReader) -> tuple[Part, ...]:
+def _mounted_parts(mounted: MountedSpec, reader: PartReader) -> tuple[Part, ...]:
     """Parts of the mounted tool. One shape alone counts as flute: it holds the cutting edges."""
     key = ("tool", "mounted")
     if mounted.parts is None:
@@ -173,7 +173,7 @@ def _positions(
     return {
         "work_link": work.link if work else None,
         "offsets": {
-            offset_number(name): WorkOffset((o.X, o.Y, o.Z, o.A, o.B, o.C), o.R)
+            offset_number(name): ZeroPoint((o.X, o.Y, o.Z, o.A, o.B, o.C), o.R)
             for name, o in offsets.items()
         },
         "reference": file.reference,

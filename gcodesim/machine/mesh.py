@@ -12,21 +12,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import LARGEST_NUMBER, THIN_TRIANGLE, UNIT_RATIO
 from gcodesim.errors import ModelError
 from gcodesim.findings.codes import Finding
 
 Array = NDArray[np.float64]
 
 MM_PER_UNIT = {"mm": 1.0, "inch": 25.4, "m": 1000.0}
-
-UNIT_RATIO = 20.0
-"""A mesh this many times smaller or larger than the longest linear travel has a suspicious unit."""
-
-LARGEST_COORDINATE = 1e9
-"""[mm] Beyond this a coordinate is a fault of the file, and squares of it lose the micrometre."""
-
-THIN = 1e-12
-"""Twice a triangle's area over its longest edge squared; below this it counts as degenerate."""
 
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _STL_HEADER = 84
@@ -59,11 +51,11 @@ def read_mesh(path: Path, unit: str = "mm", travel: float = 0.0) -> Mesh:
     if not len(drawn):
         raise ModelError("the mesh holds no triangle", str(path))
     triangles = drawn * MM_PER_UNIT[unit]
-    sound = (np.abs(triangles) <= LARGEST_COORDINATE).all(axis=(1, 2))
+    sound = (np.abs(triangles) <= LARGEST_NUMBER).all(axis=(1, 2))
     if not sound.all():
         raise ModelError(
             f"triangle {int(np.argmin(sound))} (counted from 0) has a coordinate that is not a "
-            f"finite number below {LARGEST_COORDINATE:g} mm: export the mesh again",
+            f"finite number below {LARGEST_NUMBER:g} mm: export the mesh again",
             str(path),
         )
     corners = merge_corners(drawn)
@@ -161,7 +153,7 @@ def _degenerate_findings(path: Path, triangles: Array, corners: NDArray[np.int64
     longest = np.max(np.sum(edges * edges, axis=2), axis=1)
     doubled_area = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
     repeated = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
-    count = int(np.count_nonzero(repeated | (doubled_area <= THIN * longest)))
+    count = int(np.count_nonzero(repeated | (doubled_area <= THIN_TRIANGLE * longest)))
     if not count:
         return []
     text = f"{count} of {len(triangles)} triangles have no area; they are checked as lines"

@@ -157,7 +157,7 @@ class ToolMount:
 
 
 @dataclass(frozen=True)
-class WorkOffset:
+class ZeroPoint:
     """A work offset: X Y Z A B C [mm, deg] and the XY rotation [deg]."""
 
     value: tuple[float, float, float, float, float, float] = (0.0,) * 6
@@ -197,7 +197,7 @@ class Machine:
     tool: ToolMount | None
     tools: Mapping[int, Tool] | None
     work_link: str | None
-    offsets: Mapping[int, WorkOffset]
+    offsets: Mapping[int, ZeroPoint]
     reference: Mapping[str, Mapping[str, float]]
     start: Mapping[str, float]
     readings: Readings

@@ -14,26 +14,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import LINEAR_LIMIT_SLACK_MM
+from gcodesim.constants import ONE_AXIS_SLACK_RAD, POLE_RAD, REACH_SLACK, TRAVEL_SLACK, TRAVEL_TIE
 from gcodesim.errors import OrientationError
 from gcodesim.machine.kinematics import cross_matrix, turned
 from gcodesim.machine.model import Joint
 from gcodesim.nc.program import AXES
 
 Array = NDArray[np.float64]
-
-REACH_SLACK = 1.0e-12
-"""Directions this far outside the cone a pair of axes reaches count as on its edge (k2 of
-kinematics.md section 4, square of a sine). Larger would turn tools beyond what was programmed."""
-
-POLE = 1.0e-9
-"""Nearer than this [rad] to the axis next to the part, a direction leaves that joint free."""
-
-ONE_AXIS_SLACK = 1.0e-6
-"""A machine with one rotary axis misses a direction by at most this [rad]: I J K with 6 digits."""
-
-TIE = 1.0e-9
-"""Two choices whose travel differs by less than this part are equally far."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +63,7 @@ class RotaryAxes:
         phi, apart = self.second_angles(self.first_angles(directions))
         second = _within_half_turn(self._base + np.degrees(np.stack([phi, -phi], axis=1)))
         first = np.empty_like(second)
-        pole = self.pole_angles(directions) < POLE
+        pole = self.pole_angles(directions) < POLE_RAD
         for k in range(2):
             tool = turned(np.broadcast_to(self.tool_axis, directions.shape), w2, second[:, k])
             first[:, k] = np.where(pole, 0.0, np.degrees(_turn(w1, tool, directions)))
@@ -98,8 +85,8 @@ class RotaryAxes:
             delta: angle from the first axis to the tool [rad], shape (n,).
 
         Returns:
-            The turn [rad] from 0 to pi, both also beyond what the joints reach; and k2 of
-            kinematics.md section 4, below 0 there.
+            The turn [rad] from 0 to pi, both also beyond what the joints reach; and how far
+            inside of that it lies (square of a sine), below 0 beyond.
         """
         sigma, tau = self.shape
         sine2 = np.sin((delta + sigma - tau) / 2) * np.sin((delta - sigma + tau) / 2)
@@ -127,9 +114,9 @@ class RotaryAxes:
         axis = self.axes[0]
         ends = np.broadcast_to(self.tool_axis, directions.shape)
         angle = np.degrees(_turn(axis, ends, directions))
-        angle = np.where(self.pole_angles(directions) < POLE, 0.0, angle)
+        angle = np.where(self.pole_angles(directions) < POLE_RAD, 0.0, angle)
         missed = np.linalg.norm(turned(ends, axis, angle) - directions, axis=1)
-        angle = np.where(missed <= ONE_AXIS_SLACK, angle, np.nan)
+        angle = np.where(missed <= ONE_AXIS_SLACK_RAD, angle, np.nan)
         return np.repeat(angle[:, None, None], 2, axis=1), np.zeros(len(directions))
 
     def chosen(self, direction: Array, previous: Array, prefer: int = 0) -> Array:
@@ -152,13 +139,13 @@ class RotaryAxes:
         if np.isnan(both).any():
             message = f"the rotary axes cannot point the tool along {vector}"
             raise OrientationError("direction_unreachable", message)
-        if float(self.pole_angles(direction[None, :])[0]) < POLE:
+        if float(self.pole_angles(direction[None, :])[0]) < POLE_RAD:
             both[0, :, 0] = previous[0]
         candidates = [
             positions
             for solution in both[0, : 2 if apart[0] > 0.0 else 1]
             if np.isfinite(positions := self._nearest(solution, previous)).all()
-            and prefer * positions[-1] >= -TIE
+            and prefer * positions[-1] >= -TRAVEL_TIE
         ]
         if not candidates:
             names = " and ".join(joint.name for joint in self.joints)
@@ -167,13 +154,13 @@ class RotaryAxes:
             raise OrientationError("orientation_out_of_travel", message)
         rates = np.array([joint.rapid for joint in self.joints])
         times = [float(np.max(np.abs(q - previous) / rates)) for q in candidates]
-        limit = min(times) * (1.0 + TIE) + TIE
+        limit = min(times) * (1.0 + TRAVEL_TIE) + TRAVEL_TIE
         nearest = [q for q, time in zip(candidates, times, strict=True) if time <= limit]
         return max(nearest, key=lambda q: float(q[-1]) >= 0.0)
 
     def _nearest(self, degrees: Array, previous: Array) -> Array:
         """Positions plus whole turns, nearest to the previous within the travel, or NaN; (k,)."""
-        slack = LINEAR_LIMIT_SLACK_MM
+        slack = TRAVEL_SLACK
         lower = np.array([joint.lower for joint in self.joints])
         upper = np.array([joint.upper for joint in self.joints])
         low = np.ceil((lower - slack - degrees) / 360.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 
 from gcodesim.machine.model import Joint, Pair
-from gcodesim.machine.schema import Allowed, PairSpec
+from gcodesim.machine.schema import AllowedSpec, PairSpec
 from gcodesim.machine.yaml_lines import YamlFile, suggest
 
 LINK, TOOL = "link", "tool"
@@ -45,7 +45,7 @@ def choose_pairs(
     members: Sequence[Member],
     joints: Sequence[Joint],
     named: Sequence[PairSpec] | None,
-    allowed: Sequence[Allowed],
+    allowed: Sequence[AllowedSpec],
     source: YamlFile,
 ) -> PairSet:
     """The pairs of a machine with its tool and setup.
@@ -143,7 +143,9 @@ def _side(
     return body, (part,) if part else None
 
 
-def _excused(spec: Allowed, bodies: Mapping[str, Member], index: int, source: YamlFile) -> set[str]:
+def _excused(
+    spec: AllowedSpec, bodies: Mapping[str, Member], index: int, source: YamlFile
+) -> set[str]:
     for name in spec.links:
         if name not in bodies:
             text = f"no body named {name!r} has a shape; {suggest(name, bodies)}"

@@ -31,7 +31,7 @@ ORIGIN = (0.0, 0.0, 0.0)
 UP = (0.0, 0.0, 1.0)
 
 
-class Placement(Section):
+class PlacementSpec(Section):
     """Where a shape is put: turned about fixed X, then Y, then Z, then shifted."""
 
     translate: Vector = Field(default=ORIGIN, description="shift [mm]")
@@ -40,14 +40,14 @@ class Placement(Section):
     )
 
 
-class Box(Section):
+class BoxSpec(Section):
     """An axis-parallel box."""
 
     size: Size = Field(description="edge lengths along X, Y, Z [mm]")
     center: Vector = Field(default=ORIGIN, description="middle of the box [mm]")
 
 
-class Cylinder(Section):
+class CylinderSpec(Section):
     """A cylinder, drawn around: never smaller than the ideal one."""
 
     radius: Positive = Field(description="[mm]")
@@ -56,7 +56,7 @@ class Cylinder(Section):
     axis: Vector = Field(default=UP, description="direction; any length but 0")
 
 
-class Cone(Cylinder):
+class ConeSpec(CylinderSpec):
     """A cone or frustum, drawn around: never smaller than the ideal one."""
 
     top_radius: NotNegative = Field(
@@ -65,7 +65,7 @@ class Cone(Cylinder):
     )
 
 
-class Extrude(Section):
+class ExtrudeSpec(Section):
     """A prism over a polygon, standing on z = 0."""
 
     polygon: Annotated[list[tuple[Number, Number]], Field(min_length=3)] = Field(
@@ -77,19 +77,21 @@ class Extrude(Section):
 SHAPE_KEYS = ("mesh", "box", "cylinder", "cone", "revolve", "extrude")
 
 
-class Shape(Section):
+class ShapeSpec(Section):
     """One closed shape: a mesh file or a primitive."""
 
     mesh: FileName | None = Field(default=None, description="mesh file, relative to this file")
-    box: Box | None = None
-    cylinder: Cylinder | None = None
-    cone: Cone | None = None
+    box: BoxSpec | None = None
+    cylinder: CylinderSpec | None = None
+    cone: ConeSpec | None = None
     revolve: Profile | None = Field(
         default=None,
         description="solid of revolution about Z: points [r, z], z never turning back [mm]",
     )
-    extrude: Extrude | None = None
-    placement: Placement | None = Field(default=None, description="left out: where it was drawn")
+    extrude: ExtrudeSpec | None = None
+    placement: PlacementSpec | None = Field(
+        default=None, description="left out: where it was drawn"
+    )
 
     @property
     def kind(self) -> str:
@@ -97,7 +99,7 @@ class Shape(Section):
         return next((key for key in SHAPE_KEYS if getattr(self, key) is not None), "")
 
     @model_validator(mode="after")
-    def _one_shape(self) -> Shape:
+    def _one_shape(self) -> ShapeSpec:
         given = [key for key in SHAPE_KEYS if getattr(self, key) is not None]
         if len(given) > 1:
             raise PydanticCustomError("shape", "{n} given: one shape only, or a list under `parts`",
@@ -105,27 +107,27 @@ class Shape(Section):
         return self
 
 
-class NamedShape(Shape):
+class PartSpec(ShapeSpec):
     """A shape of a body that has several."""
 
     name: Name = Field(description="unique within the body; appears in findings")
 
     @model_validator(mode="after")
-    def _has_shape(self) -> NamedShape:
+    def _has_shape(self) -> PartSpec:
         if not self.kind:
             raise PydanticCustomError("shape", f"a part needs one of {', '.join(SHAPE_KEYS)}")
         return self
 
 
-class BodyShapes(Shape):
+class BodySpec(ShapeSpec):
     """The shape of a body: one shape, several under `parts`, or none."""
 
-    parts: list[NamedShape] | None = Field(
+    parts: list[PartSpec] | None = Field(
         default=None, description="several shapes, each with a name"
     )
 
     @model_validator(mode="after")
-    def _shape_or_parts(self) -> BodyShapes:
+    def _shape_or_parts(self) -> BodySpec:
         if self.parts is None:
             return self
         if self.kind:
@@ -136,7 +138,7 @@ class BodyShapes(Shape):
         return self
 
 
-class Link(BodyShapes):
+class LinkSpec(BodySpec):
     """A link; geometry in world coordinates at the zero pose of all joints."""
 
 
@@ -182,7 +184,7 @@ class JointSpec(Section):
     )
 
 
-class Mounted(BodyShapes):
+class MountedSpec(BodySpec):
     """The tool in the spindle at the start; geometry in world coordinates at the zero pose."""
 
     name: Name = Field(default="tool", description="name of the body in pairs and findings")
@@ -192,16 +194,16 @@ class Mounted(BodyShapes):
     )
 
 
-class ToolSpec(Section):
+class ToolMountSpec(Section):
     """Where tools are carried."""
 
     link: Name = Field(description="the link that carries the tool")
     gauge_point: Vector = Field(description="spindle face centre at the zero pose [mm]")
     axis: Vector = Field(default=UP, description="from the tip towards the spindle; normalised")
-    mounted: Mounted | None = None
+    mounted: MountedSpec | None = None
 
 
-class Offset(Section):
+class OffsetSpec(Section):
     """A work offset."""
 
     X: Number = Field(default=0.0, description="[mm]")
@@ -229,10 +231,10 @@ def _offset_name(name: str) -> str:
 
 
 OffsetName = Annotated[str, AfterValidator(_offset_name)]
-Offsets = dict[OffsetName, Offset]
+Offsets = dict[OffsetName, OffsetSpec]
 
 
-class Work(Section):
+class WorkSpec(Section):
     """The work piece: what carries it and where its zero points are."""
 
     link: Name = Field(description="the link that carries the work piece")
@@ -269,15 +271,15 @@ def _allow_short_pair(schema: dict[str, Any]) -> None:
     schema["anyOf"] = [names, mapping]
 
 
-class Allowed(Section):
+class AllowedSpec(Section):
     """A pair that may touch."""
 
     links: tuple[Name, Name] = Field(description="the two bodies")
     reason: Annotated[str, Field(min_length=1)] = Field(description="why, for the report")
 
 
-class PathTolerance(Section):
-    """How far the control may leave the programmed path; null: exact path assumed, and said."""
+class PathToleranceSpec(Section):
+    """How far the control may leave the programmed path; null: unknown, so reports say so."""
 
     G64: NotNegative | None = Field(default=None, description="[mm]")
     rapid: NotNegative | None = Field(default=None, description="[mm]")
@@ -297,10 +299,10 @@ class MachineFile(Section):
     control: ControlKeys = Field(
         default_factory=ControlKeys, description="how the control reads what is left open"
     )
-    links: Annotated[dict[Name, Link], Field(min_length=1)]
+    links: Annotated[dict[Name, LinkSpec], Field(min_length=1)]
     joints: Annotated[dict[Axis, JointSpec], Field(min_length=1)]
-    tool: ToolSpec | None = None
-    work: Work | None = None
+    tool: ToolMountSpec | None = None
+    work: WorkSpec | None = None
     reference: dict[Annotated[str, Field(pattern="^G(28|30)$")], Position] = Field(
         default_factory=dict, description="machine positions [mm, deg]"
     )
@@ -311,8 +313,10 @@ class MachineFile(Section):
         default=None,
         description="left out: every two links with a moving joint between them, less neighbours",
     )
-    allow: list[Allowed] = Field(default_factory=list, description="pairs taken out, with a reason")
-    path_tolerance: PathTolerance = Field(default_factory=PathTolerance)
+    allow: list[AllowedSpec] = Field(
+        default_factory=list, description="pairs taken out, with a reason"
+    )
+    path_tolerance: PathToleranceSpec = Field(default_factory=PathToleranceSpec)
     time: Literal["constant", "acceleration", "jerk"] = Field(
         default="constant",
         description="speed within a block: as programmed, or within `max_acceleration`, or within "
@@ -320,7 +324,7 @@ class MachineFile(Section):
     )
 
 
-class Turned(Section):
+class TurnedSpec(Section):
     """A turned part of a tool: points `[r, z]`, or a mesh."""
 
     profile: Profile | None = Field(
@@ -336,13 +340,13 @@ class Turned(Section):
         return {"profile": data} if isinstance(data, list) else data
 
     @model_validator(mode="after")
-    def _one_shape(self) -> Turned:
+    def _one_shape(self) -> TurnedSpec:
         if (self.profile is None) == (self.mesh is None):
             raise PydanticCustomError("shape", "give a list of [r, z] points or `mesh: file`")
         return self
 
 
-class Flute(Section):
+class FluteSpec(Section):
     """The cutting part of a tool, from the tip upwards, or a mesh of it."""
 
     diameter: Positive | None = Field(
@@ -362,31 +366,31 @@ class Flute(Section):
     )
 
     @model_validator(mode="after")
-    def _one_shape(self) -> Flute:
+    def _one_shape(self) -> FluteSpec:
         if self.mesh is None and (self.diameter is None or self.length is None):
             raise PydanticCustomError("shape", "give `diameter` and `length`, or `mesh: file`")
         return self
 
 
-class ToolEntry(Section):
+class ToolSpec(Section):
     """One tool of the tools file."""
 
     number: Natural = Field(description="the T number")
     name: str = Field("", description="for people")
     length: Positive = Field(description="gauge point to tip [mm]")
-    flute: Flute | None = None
-    shank: Turned | None = None
-    holder: Turned | None = None
+    flute: FluteSpec | None = None
+    shank: TurnedSpec | None = None
+    holder: TurnedSpec | None = None
 
 
 class ToolsFile(Section):
     """A tools.yaml."""
 
     units: Unit = Field(default="mm", description="of the mesh files")
-    tools: list[ToolEntry]
+    tools: list[ToolSpec]
 
 
-class SetupBody(BodyShapes):
+class SetupBodySpec(BodySpec):
     """A fixture, the part or the stock, in coordinates of the world at the zero pose."""
 
     link: Name = Field(description="the link it is clamped to")
@@ -405,4 +409,4 @@ class SetupFile(Section):
     units: Unit = Field(default="mm", description="of the mesh files")
     offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
     start: Position = Field(default_factory=dict, description="replaces that of the machine file")
-    bodies: dict[Name, SetupBody] = Field(default_factory=dict)
+    bodies: dict[Name, SetupBodySpec] = Field(default_factory=dict)

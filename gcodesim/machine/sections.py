@@ -7,18 +7,20 @@ from typing import Annotated, Any, ClassVar
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.machine.yaml_lines import suggest
 
-LARGEST = 1e9
-"""Largest number of a file, in any unit: beyond it squares of lengths lose the micrometre."""
-
-Number = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
-NotNegative = Annotated[float, Field(strict=True, ge=0, le=LARGEST)]
-Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST)]
+Number = Annotated[float, Field(strict=True, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+NotNegative = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
+Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST_NUMBER)]
 
 
 class Section(BaseModel):
-    """A mapping of the file: unknown keys are refused, and an empty one may be left blank."""
+    """A mapping of the file: unknown keys are refused, and an empty one may be left blank.
+
+    What a whole file holds is named after it (MachineFile), what a key of it holds ends in Spec:
+    `BodySpec` is what the file says, `machine.model.Body` what was made of it.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 

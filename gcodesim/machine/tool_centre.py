@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gcodesim.constants import SINGULAR_VOLUME
 from gcodesim.errors import OrientationError
 from gcodesim.machine.kinematics import turned
 from gcodesim.machine.model import Joint, Machine
@@ -26,13 +27,9 @@ from gcodesim.machine.orientation import RotaryAxes, columns_of
 
 Array = NDArray[np.float64]
 
-SINGULAR = 1.0e-6
-"""Slides whose directions span less than this volume cannot place a tip; rotary axes at a smaller
-sine of their angle cannot point a tool."""
-
 
 @dataclass(frozen=True)
-class Step:
+class ChainJoint:
     """One joint of the chain: its direction seen from the part, and its column in X Y Z A B C."""
 
     joint: Joint
@@ -63,12 +60,12 @@ class ToolCentre:
         refusal: why tool centre point control cannot run on this machine; empty when it can.
     """
 
-    chain: tuple[Step, ...]
+    chain: tuple[ChainJoint, ...]
     slides: slice
     gauge: Array
     frame: Array
     rotary: RotaryAxes
-    work_chain: tuple[Step, ...]
+    work_chain: tuple[ChainJoint, ...]
     refusal: str
 
     def tips(self, axes: ArrayLike, offset: ArrayLike) -> Array:
@@ -104,7 +101,7 @@ class ToolCentre:
         return self._slid(target, axes)
 
     @property
-    def between(self) -> tuple[Step, ...]:
+    def between(self) -> tuple[ChainJoint, ...]:
         """The rotary joints between the slides: those turn the directions of other slides."""
         return tuple(step for step in self.chain[self.slides] if step.joint.rotary)
 
@@ -212,7 +209,7 @@ class ToolCentre:
         return np.asarray(vector / length)
 
     @staticmethod
-    def _moved(chain: tuple[Step, ...], points: Array, axes: Array) -> Array:
+    def _moved(chain: tuple[ChainJoint, ...], points: Array, axes: Array) -> Array:
         for step in reversed(chain):
             points = step.moved(points, axes[:, step.column])
         return points
@@ -229,7 +226,7 @@ def tool_centre(machine: Machine) -> ToolCentre | None:
     work, tool = _branch(machine, machine.work_link), _branch(machine, machine.tool.link)
     shared = sum(1 for a, b in zip(work, tool, strict=False) if a is b)
     between = [(j, -1.0) for j in reversed(work[shared:])] + [(j, 1.0) for j in tool[shared:]]
-    chain = tuple(Step(j, columns_of((j,))[0], sign * j.axis) for j, sign in between)
+    chain = tuple(ChainJoint(j, columns_of((j,))[0], sign * j.axis) for j, sign in between)
     turns = [step for step in chain if step.joint.rotary]
     if not turns:
         return None
@@ -246,7 +243,7 @@ def tool_centre(machine: Machine) -> ToolCentre | None:
         gauge=machine.tool.gauge_point,
         frame=frame,
         rotary=RotaryAxes(tuple(step.joint for step in turns), axes, machine.tool.axis),
-        work_chain=tuple(Step(j, columns_of((j,))[0], j.axis) for j in work if j.rotary),
+        work_chain=tuple(ChainJoint(j, columns_of((j,))[0], j.axis) for j in work if j.rotary),
         refusal=refusal,
     )
 
@@ -261,7 +258,7 @@ def _branch(machine: Machine, link: str) -> list[Joint]:
     return branch
 
 
-def _refusal(chain: tuple[Step, ...], turns: list[Step], tool_axis: Array) -> str:
+def _refusal(chain: tuple[ChainJoint, ...], turns: list[ChainJoint], tool_axis: Array) -> str:
     """Why the chain cannot be solved, empty when it can."""
     slides = [step.axis for step in chain if not step.joint.rotary]
     if len(slides) != 3 or len(turns) > 2:
@@ -269,15 +266,15 @@ def _refusal(chain: tuple[Step, ...], turns: list[Step], tool_axis: Array) -> st
             f"tool centre point control takes three linear and one or two rotary axes between work "
             f"and tool; this machine has {len(slides)} and {len(turns)}"
         )
-    if abs(float(np.linalg.det(np.array(slides)))) < SINGULAR:
+    if abs(float(np.linalg.det(np.array(slides)))) < SINGULAR_VOLUME:
         return "X, Y and Z of this machine lie in one plane, so they cannot place the tool's tip"
     if len(turns) == 1:
         return ""
     first, second = turns
-    if np.linalg.norm(np.cross(first.axis, second.axis)) < SINGULAR:
+    if np.linalg.norm(np.cross(first.axis, second.axis)) < SINGULAR_VOLUME:
         names = f"{first.joint.name} and {second.joint.name}"
         return f"{names} turn about parallel axes, so they cannot point the tool"
-    if np.linalg.norm(np.cross(second.axis, tool_axis)) < SINGULAR:
+    if np.linalg.norm(np.cross(second.axis, tool_axis)) < SINGULAR_VOLUME:
         return f"{second.joint.name} turns the tool about its own axis, so it cannot point it"
     return ""
 
@@ -291,7 +288,7 @@ def _solve(columns: list[Array], right: Array) -> Array:
     a, b, c = columns
     rows = np.cross(b, c), np.cross(c, a), np.cross(a, b)
     volume = np.einsum("ij,ij->i", a, rows[0])
-    if np.abs(volume).min(initial=np.inf) < SINGULAR:
+    if np.abs(volume).min(initial=np.inf) < SINGULAR_VOLUME:
         message = "X, Y and Z lie in one plane at these rotary positions"
         raise OrientationError("orientation_out_of_travel", message)
     return np.stack([np.einsum("ij,ij->i", right, row) / volume for row in rows], axis=1)

@@ -6,16 +6,14 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+from gcodesim.constants import TOUCHING_MM
 from gcodesim.errors import ModelError, UsageError
 from gcodesim.machine import shapes
 from gcodesim.machine.bodies import PartReader
 from gcodesim.machine.kinematics import rotation_from_z
 from gcodesim.machine.model import Part, Tool, ToolMount
-from gcodesim.machine.schema import Flute, ToolEntry, ToolsFile, Turned
+from gcodesim.machine.schema import FluteSpec, ToolsFile, ToolSpec, TurnedSpec
 from gcodesim.machine.yaml_lines import read_yaml
-
-TOUCHING = 1e-6
-"""[mm] A gap between flute and holder up to this needs no shank between them."""
 
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*", re.IGNORECASE)
 _TABLE_LETTERS = "TPXYZABCUVWDIJQ"
@@ -41,7 +39,7 @@ def read_tools(path: str, *, allow_outside: bool = False) -> dict[int, Tool]:
     return tools
 
 
-def _tool(entry: ToolEntry, reader: PartReader, index: int) -> Tool:
+def _tool(entry: ToolSpec, reader: PartReader, index: int) -> Tool:
     parts: list[Part] = []
     if entry.flute is not None:
         parts.append(_flute(entry.flute, entry.length, reader, index))
@@ -59,7 +57,7 @@ def _tool(entry: ToolEntry, reader: PartReader, index: int) -> Tool:
     )
 
 
-def _flute(flute: Flute, length: float, reader: PartReader, index: int) -> Part:
+def _flute(flute: FluteSpec, length: float, reader: PartReader, index: int) -> Part:
     """The cutting part, its tip at (0, 0, -length)."""
     key = ("tools", index, "flute")
     if flute.mesh is not None:
@@ -73,7 +71,7 @@ def _flute(flute: Flute, length: float, reader: PartReader, index: int) -> Part:
     return Part("flute", triangles, True, "flute", f"revolve, {shapes.SIDES} sides")
 
 
-def _turned(turned: Turned, role: str, reader: PartReader, index: int) -> Part:
+def _turned(turned: TurnedSpec, role: str, reader: PartReader, index: int) -> Part:
     """A shank or holder; the file measures z from the gauge face towards the tip."""
     key = ("tools", index, role)
     if turned.mesh is not None:
@@ -93,7 +91,7 @@ def _missing_parts(parts: list[Part]) -> tuple[str, ...]:
     missing = [name for name in ("flute", "holder") if name not in by_name]
     if "shank" not in by_name and not missing:
         gap = float(by_name["holder"].min() - by_name["flute"].max())
-        missing += ["shank"] if gap > TOUCHING else []
+        missing += ["shank"] if gap > TOUCHING_MM else []
     return tuple(missing)
 
 

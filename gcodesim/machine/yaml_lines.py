@@ -115,7 +115,7 @@ class _Fault:
 
 
 def suggest(word: object, valid: Iterable[str]) -> str:
-    """The sentence behind an unknown word: ``did you mean 'axis'? valid: axis, child, ...``."""
+    """The sentence after an unknown word: ``did you mean 'axis'? valid: axis, child, ...``."""
     names = list(valid)
     near = difflib.get_close_matches(str(word), names, n=1)
     guess = f"did you mean {near[0]!r}? " if near else ""

@@ -11,14 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import TANGENT_DEG
 from gcodesim.machine.model import Machine
 from gcodesim.motion.joint_moves import LONGEST_S, Moves, arc_lengths, sub_arcs
 
 Floats = NDArray[np.float64]
-
-TANGENT_DEG = 10.0
-"""Corners of up to this angle are passed without a stop. A smaller one stops programs that write
-curves as chords, which no control does; a larger one lets an axis jump by more of the feed."""
 
 CENTRIPETAL_SHARE = 0.75**0.5
 """Share of the acceleration that an arc may take across the path; half of it is left along it, for

@@ -22,8 +22,9 @@ d' = q1' w1 x d + q2' u x d, |d'| = W, d'' = -W^2 d and u' = q1' w1 x u follow
 with |d'.u| <= W sin(tau) and |d'.w1| <= W sin(delta). delta changes at most by W per s; phi is a
 monotone function of it, so that |V| is least and |m|, |n| are largest at the ends of its range. QED
 
-At a pole V is 0 and nothing can be bounded: a piece that turns the tool axis by less than POLE_STEP
-has straight rotary joints by definition, is cut as in tool_path.py, and takes the time they need.
+At a pole V is 0 and nothing can be bounded: a piece that turns the tool axis by less than
+POLE_STEP_RAD has straight rotary joints by definition, is cut as in tool_path.py, and takes the
+time they need.
 """
 
 from __future__ import annotations
@@ -33,15 +34,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import TCP_DEVIATION_MM
+from gcodesim.constants import POLE_RAD, POLE_STEP_RAD, SAME_ROTARY_DEG, TCP_DEVIATION_MM
 from gcodesim.machine.model import Machine
-from gcodesim.machine.orientation import POLE
 from gcodesim.machine.tool_centre import ToolCentre
 from gcodesim.motion.tool_path import Array, Cut, Stretch, TipMoves, curvature, cut_evenly
-
-POLE_STEP = 1.0e-7
-"""A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
-lever of 300 mm."""
 
 PARTS_AT_ONCE = 16
 """Parts that a piece is cut into at once; more would make pieces shorter than they must be."""
@@ -52,9 +48,6 @@ some ten; one that leaves what the joints reach has no end of them."""
 
 LIMIT_STEP = 1.0e-8
 """Where a circle leaves a pole, its direction is asked this far from it [rad]."""
-
-SAME_DEG = 1.0e-6
-"""Rotary positions that differ by less are the same [deg]."""
 
 FREE_TRAVEL_MM = 10_000.0
 """What a slide without limits counts as, for how far links reach."""
@@ -94,7 +87,7 @@ class Circles:
         At a pole the free joint is what it is just beside it.
         """
         directions = self.directions(move, s)
-        at_pole = np.flatnonzero(self.centre.rotary.pole_angles(directions) < POLE)
+        at_pole = np.flatnonzero(self.centre.rotary.pole_angles(directions) < POLE_RAD)
         beside = np.where(s[at_pole] < 0.5, 1.0, -1.0) * LIMIT_STEP / self.angle[move[at_pole]]
         directions[at_pole] = self.directions(move[at_pole], s[at_pole] + beside)
         both, _ = self.centre.rotary.solutions(directions)
@@ -114,8 +107,8 @@ def circles_of(tips: TipMoves, centre: ToolCentre) -> tuple[NDArray[np.intp], Ci
     length = np.linalg.norm(side, axis=1)
     side = side / np.where(length > 0.0, length, 1.0)[:, None]
     signs = np.sign(np.stack([solver.tilts(start), solver.tilts(end)]))
-    signs[np.abs([solver.tilts(start), solver.tilts(end)]) < SAME_DEG] = 0.0
-    whole = (angle > POLE_STEP) & (angle < np.pi - POLE_STEP) & (signs[0] * signs[1] >= 0.0)
+    signs[np.abs([solver.tilts(start), solver.tilts(end)]) < SAME_ROTARY_DEG] = 0.0
+    whole = (angle > POLE_STEP_RAD) & (angle < np.pi - POLE_STEP_RAD) & (signs[0] * signs[1] >= 0.0)
     branch = (signs.sum(axis=0) < 0.0).astype(np.intp)
     kept = np.flatnonzero(whole)
     circles = Circles(
@@ -149,7 +142,7 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
     share = np.concatenate([even.share, round_cut.share])[order]
     cut = Cut(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
     free = next(step.column for step in centre.chain if step.joint.rotary)
-    bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_DEG)
+    bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_ROTARY_DEG)
     left = np.setdiff1d(np.flatnonzero(bent), round_cut.move)
     return replace(cut, knots=cut.knots[cut.inner], straightened=tuple(left.tolist()))
 
@@ -178,8 +171,8 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
     fits = ~halves.lost
     poles = circles.centre.rotary.pole_angles
     for there, here in ((begin, begin + 1), (final, final - 1)):
-        spot = np.abs(joints[there] - joints[here]) > SAME_DEG
-        at_pole = poles(circles.directions(owner[there], s[there])) < POLE
+        spot = np.abs(joints[there] - joints[here]) > SAME_ROTARY_DEG
+        at_pole = poles(circles.directions(owner[there], s[there])) < POLE_RAD
         fits &= ~spot.any(axis=1) | (at_pole & ~spot[:, 1])
         kept[here] = spot.any(axis=1)
     # The end of the circle stands for the end of the move where both are the same.
@@ -234,7 +227,7 @@ class Halves:
     Attributes:
         move: the circle, shape (m,).
         end: where the piece ends, 0 to 1, shape (m,).
-        free: the piece turns the tool axis by less than POLE_STEP and has no bound, shape (m,).
+        free: the piece turns the tool axis by less than POLE_STEP_RAD and has no bound, shape (m,).
         deviation: the largest bound of the others [mm].
         lost: given up after MAX_HALVES, as a circle that leaves what the joints reach, shape (n,).
     """
@@ -247,7 +240,7 @@ class Halves:
 
 
 def halved(circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM) -> Halves:
-    """Halve circles until every piece is within the tolerance or turns less than POLE_STEP.
+    """Halve circles until every piece is within the tolerance or turns less than POLE_STEP_RAD.
 
     A bound holds for every part of a piece: where a few equal parts are enough, they are made.
     """
@@ -260,7 +253,7 @@ def halved(circles: Circles, reach: Array, tolerance: float = TCP_DEVIATION_MM) 
         parts = np.ceil(np.sqrt(np.minimum(bound / tolerance, 1e12))).astype(np.intp)
         few = parts <= PARTS_AT_ONCE
         parts = np.where(few, np.maximum(parts, 1), 1)
-        done = few | (circles.angle[move] * length < POLE_STEP)
+        done = few | (circles.angle[move] * length < POLE_STEP_RAD)
         many = np.repeat(np.flatnonzero(done), parts[done])
         number = np.arange(len(many)) - np.repeat(np.cumsum(parts[done]) - parts[done], parts[done])
         share = (number + 1) / parts[many]

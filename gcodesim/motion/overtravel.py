@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import LINEAR_LIMIT_SLACK_MM, PS_PER_S
+from gcodesim.constants import PS_PER_S, SPIRAL_PART, TRAVEL_SLACK
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path, path_fraction
@@ -22,9 +22,6 @@ between these on a helix or spiral, which grows steadily."""
 AT_ONCE = 50_000
 """Fractions that are found side by side: their arrays stay in the cache."""
 
-SPIRAL = 0.01
-"""Radii that change by more than this part make a spiral: Newton steps may miss its extremes."""
-
 SPIRAL_STEPS = 12
 """Stretches of a half turn that are searched for a change of sign each."""
 
@@ -33,7 +30,7 @@ def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
     """One finding per joint and excursion (GC301 linear, GC302 rotary), in the order of time.
 
     An excursion is a run of consecutive pieces that exceed the same limit; its time is the first
-    crossing, its value the farthest position. The tolerance is LINEAR_LIMIT_SLACK_MM.
+    crossing, its value the farthest position. The tolerance is TRAVEL_SLACK.
     """
     found = []
     for column, joint in enumerate(joints):
@@ -44,7 +41,7 @@ def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
             (high - joint.upper, joint.upper, 1.0),
             (joint.lower - low, joint.lower, -1.0),
         ):
-            for run in _runs(beyond > LINEAR_LIMIT_SLACK_MM):
+            for run in _runs(beyond > TRAVEL_SLACK):
                 worst = run[np.argmax(beyond[run])]
                 value = limit + sign * float(beyond[worst])
                 found.append(_finding(path, joint, column, run, limit, sign, value))
@@ -87,7 +84,7 @@ def _arc_extremes(path: Path, pieces: NDArray[np.intp], axis: int) -> Iterator[N
             slope, bend = _slopes(arcs, axis, s)
             s = s - np.divide(slope, bend, out=np.zeros_like(s), where=np.abs(bend) > 1e-9)
         yield from np.clip(s, 0.0, 1.0)
-    spiral = np.flatnonzero(grown > SPIRAL * np.maximum(arcs["r0"], arcs["r1"]))
+    spiral = np.flatnonzero(grown > SPIRAL_PART * np.maximum(arcs["r0"], arcs["r1"]))
     for found in _spiral_extremes(arcs[spiral], axis) if len(spiral) else ():
         s = np.zeros(len(arcs))
         s[spiral] = found
@@ -168,7 +165,7 @@ def _crossing_ps(path: Path, column: int, piece: int, limit: float, sign: float)
 
     def is_beyond(s: NDArray[np.float64]) -> NDArray[np.bool_]:
         position = path.positions_on(np.full(len(s), piece), s)[:, column]
-        return np.asarray(sign * (position - limit) > LINEAR_LIMIT_SLACK_MM)
+        return np.asarray(sign * (position - limit) > TRAVEL_SLACK)
 
     ordered = np.unique(np.concatenate(fractions))
     beyond = is_beyond(ordered)

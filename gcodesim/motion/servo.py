@@ -24,7 +24,7 @@ later one (m r^n + m r^(n+1))/w, n = 0, 1, ...: in all (2 z + m + m (1 + r)/(1 -
 
 The response itself is exact: e is carried from piece to piece by the exponential of the piece and
 the phi functions of a polynomial input, which keep their digits for every w dt. Arcs are taken as
-cubics that leave them by less than ARC_MM.
+cubics that leave them by less than SERVO_ARC_MM.
 """
 
 from __future__ import annotations
@@ -35,17 +35,13 @@ from math import asin, exp, factorial, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import PS_PER_S
+from gcodesim.constants import PS_PER_S, SERVO_ARC_MM
 from gcodesim.machine.model import Machine, Servo
 from gcodesim.motion.path import Path, arc_displacement, path_fraction
 from gcodesim.motion.speeds import joint_speeds, largest_slope
 
 Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]
-
-ARC_MM = 1e-7
-"""How far the cubics that stand for an arc may leave it [mm]: the response leaves its own by no
-more than that times the overshoot of the drive. Smaller only costs time."""
 
 TAYLOR_TERMS = 13
 """Terms of the series of a matrix of norm 1/2 at most: the first left out is below 1e-17."""
@@ -107,7 +103,7 @@ class Command:
 
 
 def commanded(path: Path, column: int) -> Command:
-    """The command of one joint; arcs cut into cubics that keep ARC_MM."""
+    """The command of one joint; arcs cut into cubics that keep SERVO_ARC_MM."""
     ticks = np.diff(path.bounds_ps)
     parts = np.ones(len(path), np.int64)
     if column in path.xyz:
@@ -141,7 +137,7 @@ def _arc_parts(path: Path, on_arc: NDArray[np.intp]) -> NDArray[np.int64]:
     f2, f3, f4 = (radius * angle**k + k * grown * angle ** (k - 1) for k in (2, 3, 4))
     bend = f4 * first**4 + 6.0 * f3 * first**2 * second
     bend += f2 * (3.0 * second**2 + 4.0 * first * third)
-    return np.maximum(np.ceil((bend / (384.0 * ARC_MM)) ** 0.25), 1.0).astype(np.int64)
+    return np.maximum(np.ceil((bend / (384.0 * SERVO_ARC_MM)) ** 0.25), 1.0).astype(np.int64)
 
 
 def _hermite(

@@ -5,17 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import PS_PER_S
+from gcodesim.constants import NEAR_POLE_DEG, PS_PER_S
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint, Machine
 from gcodesim.machine.tool_centre import ToolCentre
 from gcodesim.motion.arc_moves import steepest_rises
 from gcodesim.motion.joint_moves import Moves
 from gcodesim.nc.program import CanonicalProgram, Kind
-
-NEAR_POLE_DEG = 5.0
-"""A joint that is too slow within this angle of a pole is so because of the pole: it turns 11 times
-as fast there as the tool axis."""
 
 
 def least_times(moves: Moves, machine: Machine) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import STILL_MM
 from gcodesim.errors import OrientationError
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
@@ -29,9 +30,6 @@ from gcodesim.nc.program import (
     arc_lengths,
     starts_of_moves,
 )
-
-STILL_MM = 1.0e-9
-"""A tip that moves less than this stands still, and F counts degrees: rounding stays below."""
 
 
 @dataclass(frozen=True)

@@ -51,9 +51,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import TCP_DEVIATION_MM
+from gcodesim.constants import LEAST_VOLUME, RIGHT_ANGLE_COSINE, TCP_DEVIATION_MM
 from gcodesim.machine.kinematics import cross_matrix
-from gcodesim.machine.tool_centre import Step, ToolCentre
+from gcodesim.machine.tool_centre import ChainJoint, ToolCentre
 from gcodesim.motion.path import arc_displacement
 
 Array = NDArray[np.float64]
@@ -64,15 +64,8 @@ CHUNK = 16_384
 MAX_PIECES = 20_000_000
 """Pieces that a program may be cut into; they take some 200 bytes each."""
 
-RIGHT_ANGLE = 1.0e-12
-"""Slides whose directions have cosines below this stand at right angles."""
-
 STRETCHES = 16
 """Parts of a move that are bounded apart where a joint turns slides: finer ones bound closer."""
-
-LEAST_VOLUME = 1.0e-3
-"""Slides that may span less somewhere in a stretch have no bound there: they all but lie in one
-plane, and would have to run a thousand times as far as the tip."""
 
 
 @dataclass(frozen=True)
@@ -291,7 +284,7 @@ def slide_factor(centre: ToolCentre) -> float:
 def at_right_angles(centre: ToolCentre) -> bool:
     """Whether the slides are orthogonal, so that lengths in the joints are lengths in space."""
     cosines = centre.frame.T @ centre.frame - np.eye(3)
-    return not centre.between and bool(np.abs(cosines).max() < RIGHT_ANGLE)
+    return not centre.between and bool(np.abs(cosines).max() < RIGHT_ANGLE_COSINE)
 
 
 @dataclass(frozen=True)
@@ -308,7 +301,7 @@ class Bounded:
 
 
 def _turned_bend(
-    steps: Sequence[Step], point: Bounded, rates: Array, bends: Array
+    steps: Sequence[ChainJoint], point: Bounded, rates: Array, bends: Array
 ) -> tuple[Array, Array]:
     """Bounds on two derivatives of a point behind rotary joints, the innermost first."""
     first, second = point.first, point.second
@@ -329,13 +322,13 @@ def _largest(values: Iterable[Array]) -> Array:
     return np.asarray(np.max(np.stack(list(values)), axis=0), np.float64)
 
 
-def _from_axis(points: Array, step: Step) -> Array:
+def _from_axis(points: Array, step: ChainJoint) -> Array:
     """Distances of points (n, 3) from the axis of a joint, (n,)."""
     arms = (points - step.joint.point) @ cross_matrix(step.axis).T
     return np.asarray(np.linalg.norm(arms, axis=1), np.float64)
 
 
-def _nearest_point(inner: Step, outer: Step) -> Array:
+def _nearest_point(inner: ChainJoint, outer: ChainJoint) -> Array:
     """The point of the inner axis nearest to the outer one, (3,)."""
     across = np.cross(inner.axis, outer.axis)
     away = np.cross(outer.joint.point - inner.joint.point, outer.axis)

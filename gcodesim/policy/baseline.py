@@ -11,7 +11,7 @@ from typing import Any
 
 from gcodesim.checking.verdict import CheckResult
 from gcodesim.errors import UsageError
-from gcodesim.findings.codes import Finding
+from gcodesim.findings.codes import FORMER_CODES, Finding
 from gcodesim.findings.fingerprints import fingerprints
 
 SCHEMA = "gcodesim.baseline/1"
@@ -58,11 +58,11 @@ class Baseline:
 
     def entries_of(self, result: CheckResult) -> list[Entry | None]:
         """The entry of every finding of a result, None where there is none."""
-        return [self.entries.get(key) for key in self._keys(result)]
+        return [self._entry(keys) for keys in self._keys(result)]
 
     def unused(self, result: CheckResult) -> list[Entry]:
         """Entries of this program on this machine that no finding matches."""
-        found = set(self._keys(result))
+        found = {key for keys in self._keys(result) for key in keys}
         checked = self._checked(result)
         return [e for key, e in self.entries.items() if key[:3] == checked and key not in found]
 
@@ -80,10 +80,13 @@ class Baseline:
         entries = {key: e for key, e in self.entries.items() if key[:3] not in checked}
         for result, findings, _ in wanted:
             chosen = {id(finding) for finding in findings}
-            for finding, key in zip(result.findings, self._keys(result), strict=True):
+            for finding, keys in zip(result.findings, self._keys(result), strict=True):
                 if id(finding) in chosen:
-                    reason = self.entries[key].reason if key in self.entries else ""
-                    entries[key] = Entry(*key, finding.code, finding.message, reason)
+                    known = self._entry(keys)
+                    for former in keys[1:]:
+                        entries.pop(former, None)
+                    reason = known.reason if known else ""
+                    entries[keys[0]] = Entry(*keys[0], finding.code, finding.message, reason)
         return Baseline(self.path, dict(sorted(entries.items())))
 
     def write(self) -> None:
@@ -99,11 +102,22 @@ class Baseline:
         except OSError as error:
             raise UsageError(f"{self.path}: cannot be written: {error.strerror}") from error
 
-    def _keys(self, result: CheckResult) -> list[Key]:
+    def _entry(self, keys: Sequence[Key]) -> Entry | None:
+        return next((self.entries[key] for key in keys if key in self.entries), None)
+
+    def _keys(self, result: CheckResult) -> list[list[Key]]:
+        """The keys of every finding: its own first, then those of its former codes."""
         files = {file: self._beside(file) for file in {f.file for f in result.findings}}
         moved = [replace(f, file=files[f.file]) for f in result.findings]
         checked = self._checked(result)
-        return [(*checked, mark) for mark in fingerprints(moved)]
+        keys: list[list[Key]] = [[(*checked, mark)] for mark in fingerprints(moved)]
+        for code, formers in FORMER_CODES.items():
+            renamed = [i for i, f in enumerate(moved) if f.code == code]
+            for former in formers:
+                marks = fingerprints(replace(moved[i], code=former) for i in renamed)
+                for i, mark in zip(renamed, marks, strict=True):
+                    keys[i].append((*checked, mark))
+        return keys
 
     def _checked(self, result: CheckResult) -> tuple[str, str, str]:
         return self._beside(result.program), result.machine, self._beside(result.setup)

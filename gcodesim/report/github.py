@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from gcodesim.checking.verdict import CheckResult
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Run
 from gcodesim.report.rows import Row, repository_path, rows, title
-from gcodesim.report.text import printable
 
 ANNOTATIONS = 10
 """GitHub shows ten annotations of a step and drops the others without a word."""

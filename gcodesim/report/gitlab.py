@@ -6,9 +6,9 @@ import hashlib
 import json
 from typing import Any
 
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Failure, Run
 from gcodesim.report.rows import Row, repository_path, rows, title
-from gcodesim.report.text import printable
 
 SEVERITIES = {"error": "critical", "warning": "major", "note": "info"}
 

@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 
 from gcodesim.checking.verdict import PASS, CheckResult
 from gcodesim.findings.codes import FAIL
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Run
 from gcodesim.report.rows import repository_path, rows, title
-from gcodesim.report.text import printable, report_lines
+from gcodesim.report.text import report_lines
 
 BODY_FINDINGS = 100
 """Findings told in the body of a test case; all are in the other formats."""

@@ -8,7 +8,8 @@ from dataclasses import asdict
 from typing import Any
 
 from gcodesim.findings.codes import Finding
-from gcodesim.report.text import SEVERITY_COLORS, printable
+from gcodesim.findings.printing import printable
+from gcodesim.report.text import SEVERITY_COLORS
 
 SCHEMA = "gcodesim.lint/1"
 

@@ -13,10 +13,11 @@ from rich.text import Text
 
 from gcodesim.checking.verdict import PASS, CheckResult
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Run
 from gcodesim.report.reading import result_of_record
 from gcodesim.report.rows import rows as weightiest
-from gcodesim.report.text import COLORS, printable
+from gcodesim.report.text import COLORS
 
 ERROR = "error"
 """Stands in the column of verdicts where the command could not be carried out (exit code 2)."""

@@ -10,8 +10,8 @@ from pathlib import Path, PurePath
 from urllib.parse import quote
 
 from gcodesim.checking.verdict import CONTRACT
+from gcodesim.findings.printing import printable
 from gcodesim.report.overview import Row, cells, columns, headline
-from gcodesim.report.text import printable
 
 _PAGE = """<!doctype html>
 <html lang="en">

@@ -11,9 +11,9 @@ from urllib.parse import quote
 from gcodesim import __version__
 from gcodesim.findings.codes import CODES
 from gcodesim.findings.explain import explain
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Run
 from gcodesim.report.rows import Row, repository_path, rows
-from gcodesim.report.text import printable
 
 SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"

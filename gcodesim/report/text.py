@@ -10,6 +10,7 @@ from rich.text import Text
 
 from gcodesim.checking.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
+from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import Run
 
 COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
@@ -41,11 +42,6 @@ def report_lines(result: CheckResult, most: int | None = None) -> Iterator[Text]
     head.append(f"  {printable(result.program)} on {result.machine}{_remarks(result)}", "default")
     yield head
     yield from _body(result, most)
-
-
-def printable(text: str) -> str:
-    """The text with every character that does not print replaced, so that columns stay."""
-    return "".join(c if c.isprintable() else " " if c == "\t" else "\N{MIDDLE DOT}" for c in text)
 
 
 def _remarks(result: CheckResult) -> str:

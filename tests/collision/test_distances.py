@@ -9,7 +9,6 @@ import pytest
 from collision.scenes import random_scene
 from collision.test_tool_changes import JOINTS, spindle
 
-from gcodesim.collision.instants.nearest_triangles import GOOD_TO_MM
 from gcodesim.collision.views import distances as module
 from gcodesim.collision.views.distances import (
     FEWEST,
@@ -18,6 +17,7 @@ from gcodesim.collision.views.distances import (
     distances,
     nearest_moment,
 )
+from gcodesim.constants import DISTANCE_GOOD_TO_MM as GOOD_TO_MM
 from gcodesim.motion.path import ToolChange
 from gcodesim.study.scenes import SCENES, Array, Scene, arc_grazes_face, exact_clearance, path
 

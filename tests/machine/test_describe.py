@@ -36,4 +36,4 @@ def test_schema_of_pairs_and_aliases():
     short, full = schema["$defs"]["PairSpec"]["anyOf"]
     assert (short["type"], short["maxItems"]) == ("array", 2)
     assert "clearance" in full["properties"]
-    assert "for" in schema["$defs"]["Mounted"]["properties"]
+    assert "for" in schema["$defs"]["MountedSpec"]["properties"]

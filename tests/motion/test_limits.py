@@ -10,14 +10,14 @@ import pytest
 from collision.scenes import displacement, random_arc, random_joints, random_path
 from motion.programs import axes_machine, program
 
-from gcodesim.constants import LINEAR_LIMIT_SLACK_MM
+from gcodesim.constants import TRAVEL_SLACK
 from gcodesim.findings.codes import Finding
 from gcodesim.motion.overtravel import overtravels, position_ranges
 from gcodesim.motion.planner import plan
 from gcodesim.nc.program import Kind
 from gcodesim.study.scenes import JERKED, joint, path
 
-SLACK = LINEAR_LIMIT_SLACK_MM
+SLACK = TRAVEL_SLACK
 FEED, ARC, RAPID = Kind.FEED, Kind.ARC, Kind.RAPID
 INFINITE = (-np.inf, np.inf)
 

@@ -6,8 +6,8 @@ from gcodesim.nc.control.modal import Modal, Motion
 from gcodesim.nc.control.readings import ROWS
 from gcodesim.nc.interpret import interpret
 from gcodesim.nc.iso.actions import ACTIONS
-from gcodesim.nc.iso.codes import motion_code
-from gcodesim.nc.iso.rows import AXIS_WORDS, Group, Order
+from gcodesim.nc.iso.code_rows import AXIS_WORDS, Group, Order
+from gcodesim.nc.iso.g_codes import motion_code
 from gcodesim.nc.iso.words import TABLE, WORDS, codes_for, codes_of
 from gcodesim.nc.program import Plane
 

@@ -10,11 +10,11 @@ from nc.table_tilt import TableTilt
 from nc.toy_language import Toy
 
 import gcodesim.nc.control
-from gcodesim.nc.control import five_axes, moves, orders, tools
+from gcodesim.nc.control import five_axes, moves, orders, tool_changes
 from gcodesim.nc.control.drilling import Dwell, FeedTo, Hole, RapidTo, Shift, drill
 from gcodesim.nc.control.frames import WORK, Frames, Level, mirrored_at, rotation, turned_about
 from gcodesim.nc.control.interpreter import Interpreter
-from gcodesim.nc.control.modal import Side, TipControl
+from gcodesim.nc.control.modal import CutterSide, TipControl
 from gcodesim.nc.control.moves import How
 from gcodesim.nc.control.readings import choose_readings
 from gcodesim.nc.control.state import State
@@ -187,20 +187,20 @@ def test_orders_that_move_nothing_are_recorded():
     made.frames.update()
     orders.define_stock(made, [0.0, 0.0, -10.0], [100.0, 50.0, 0.0])
     orders.dwell(made, 2.0)
-    orders.compensate(made, Side.LEFT, "RL")
+    orders.compensate(made, CutterSide.LEFT, "RL")
     orders.stop(made, 30, ends=True)
     program = recorded(made)
     assert program.stock == ([5.0, 0.0, -10.0], [105.0, 50.0, 0.0])
     assert [Kind(k) for k in program.kind] == [Kind.DWELL, Kind.STOP]
     assert made.ended
-    assert made.modal.side is Side.LEFT
+    assert made.modal.side is CutterSide.LEFT
     assert [finding.meaning for finding in made.findings] == ["cutter_comp_uncompensated"]
 
 
 def test_tool_centre_point_control_moves_nothing():
     made = state(kinematics=TableTilt(), axes="XYZAC", start={"X": 10.0, "A": 30.0})
     before = made.axes
-    tools.set_length(made, [0.0, 0.0, 100.0, 0.0, 0.0, 0.0], TipControl.ANGLES)
+    tool_changes.set_length(made, [0.0, 0.0, 100.0, 0.0, 0.0, 0.0], TipControl.ANGLES)
     assert made.axes == before
     five_axes.set_tip_control(made, TipControl.OFF)
     assert made.axes == before

@@ -8,10 +8,10 @@ loop 4 ... again       four times             arc X Y centre U V   counter-clock
 
 import numpy as np
 
-from gcodesim.nc.control import moves, tools
+from gcodesim.nc.control import moves, tool_changes
 from gcodesim.nc.control.columns import columns_of
 from gcodesim.nc.control.frames import WORK, Level
-from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.language_base import Language
 from gcodesim.nc.control.modal import Motion
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.program_flow import ProgramFlow
@@ -49,8 +49,8 @@ class Toy(Language):
         if feeds:
             state.modal.feed, state.modal.feed_given = feeds[0], True
         if verb == "tool":
-            tools.select_tool(state, int(words[0]), "tool ")
-            tools.change_tool(state, "tool")
+            tool_changes.select_tool(state, int(words[0]), "tool ")
+            tool_changes.change_tool(state, "tool")
         elif verb == "frame":
             state.set_frame(WORK, Level([*map(float, words), 0.0, 0.0, 0.0]))
         elif verb in ("go", "cut"):

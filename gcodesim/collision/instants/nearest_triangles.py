@@ -19,13 +19,11 @@ from gcodesim.collision.geometry.closest import (
 from gcodesim.collision.geometry.device import BIT_EQUAL, lent
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, Pose, pair_pose
 from gcodesim.collision.geometry.predicates import triangles_touch
+from gcodesim.constants import DISTANCE_GOOD_TO_MM
 
 wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
 
-GOOD_TO_MM = 5.0e-7
-"""A distance may be too large by this [mm]; finer costs time where faces are parallel."""
-
-GOOD_TO = wp.constant(wp.float64(GOOD_TO_MM))
+GOOD_TO = wp.constant(wp.float64(DISTANCE_GOOD_TO_MM))
 STACK = wp.constant(160)
 FARTHEST = wp.constant(wp.float64(1.0e30))
 UNDECIDED = wp.constant(wp.float64(-1.0))
@@ -111,8 +109,8 @@ class NearestTriangles:
     """What is nearest at m instants, of p pairs.
 
     Attributes:
-        distance: [mm], at most GOOD_TO_MM too large; 0 for a touch, NaN where the stack of the
-            walk was full; shape (m, p).
+        distance: [mm], at most DISTANCE_GOOD_TO_MM too large; 0 for a touch, NaN where the stack
+            of the walk was full; shape (m, p).
         triangles: rows of both triangles in `forest.triangles`, shape (m, p, 2).
         steps: of all walks together.
     """

@@ -15,20 +15,12 @@ from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, first_reache
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_MINIMUM
-from gcodesim.constants import PAIR_BITS
+from gcodesim.constants import FOUND_AGAIN_MM, MINIMUM_KNOWN_PART, PAIR_BITS
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import sample_of
 
 SEEDS = 64
 """Instants whose distances bound the minimum from above before the search for it begins."""
-
-KNOWN_PART = 1.0e-3
-"""The smallest distance over time is known to this part of it, and its time is when the pair first
-comes within this part of it: where a pair stays at one distance for long, finer costs a hundred
-times as much."""
-
-FOUND_AGAIN_MM = 1.0e-6
-"""What is added to the distance for its time, so that rounding does not lose it [mm]."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +191,7 @@ def nearest_of_all(searcher: Searcher, first: int, end: int, best: int) -> list[
     """The smallest distance of every pair within the pieces first..end, and when."""
     pairs = list(range(len(searcher.scene.pairs)))
     distances = smallest_distances(searcher, pairs, first, end, best)
-    limits = tuple(distances[pair] * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM for pair in pairs)
+    limits = tuple(distances[pair] * (1.0 + MINIMUM_KNOWN_PART) + FOUND_AGAIN_MM for pair in pairs)
     reached = first_reached(searcher, Limits(limits), first, end, best)
     times = [reached[pair].time_ps if pair in reached else 0 for pair in pairs]
     return [Nearness(pair, distances[pair], times[pair], distances[pair]) for pair in pairs]
@@ -209,12 +201,16 @@ def nearest_pair(searcher: Searcher, first: int, end: int, best: int) -> Nearnes
     """The pair that comes nearest within the pieces first..end, its distance, and when."""
     count = len(searcher.scene.pairs)
     settings = replace(
-        searcher.settings, mode=MODE_MINIMUM, free_mm=(0.0,) * count, part=KNOWN_PART, together=True
+        searcher.settings,
+        mode=MODE_MINIMUM,
+        free_mm=(0.0,) * count,
+        part=MINIMUM_KNOWN_PART,
+        together=True,
     )
     distances = _smallest(replace(searcher, settings=settings), first, end, best)[:count]
     pair = int(np.argmin(distances))
     distance = float(distances[pair])
-    limit = distance * (1.0 + KNOWN_PART) + FOUND_AGAIN_MM
+    limit = distance * (1.0 + MINIMUM_KNOWN_PART) + FOUND_AGAIN_MM
     limits = Limits(tuple(limit if p == pair else LEFT_OUT for p in range(count)))
     reached = first_reached(searcher, limits, first, end, best)
     return Nearness(pair, distance, reached[pair].time_ps if pair in reached else 0, distance)
@@ -230,7 +226,7 @@ def smallest_distances(
     free = tuple(0.0 if p in pairs else LEFT_OUT for p in range(len(searcher.scene.pairs)))
     if not pairs:
         return {}
-    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free, part=KNOWN_PART)
+    settings = replace(searcher.settings, mode=MODE_MINIMUM, free_mm=free, part=MINIMUM_KNOWN_PART)
     distances = _smallest(replace(searcher, settings=settings), first, end, best)
     return {pair: float(distances[pair]) for pair in pairs}
 

@@ -39,6 +39,7 @@ from gcodesim.collision.search.items import (
     timed,
     view_of,
 )
+from gcodesim.constants import DISTANCE_GOOD_TO_MM
 
 # Loops stay loops: unrolled, the kernel is twice as large and no faster.
 wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
@@ -55,8 +56,7 @@ APPROACH = wp.constant(MODE_APPROACH)
 """Prove samples only; prove the time between them too; or, contacts apart, find the smallest
 distance, or the first sample step in which the distance falls to free_mm."""
 
-MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
-"""The smallest distance is found to this [mm] at least; finer costs time with the square root."""
+MINIMUM_GOOD_TO = wp.constant(wp.float64(DISTANCE_GOOD_TO_MM))
 
 NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
 """Key behind all others."""

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from gcodesim.findings.printing import printable
+
 Entry = Mapping[str, Any]
 
 TINY = 1e-12
@@ -49,7 +51,9 @@ class Imported:
         lines = [f"# Made by `gcodesim machine import` from {self.origin}."]
         if self.remarks:
             lines.append("# Not carried over, or assumed; check every line of it:")
-            lines += [f"#   - {printable(remark)}" for remark in self.remarks]
+            # On one line each, so that nothing of a foreign file gets out of a comment.
+            remarks = (printable(" ".join(remark.split())) for remark in self.remarks)
+            lines += [f"#   - {remark}" for remark in remarks]
         lines += ["", f"name: {plain_name(self.name)}"]
         lines.append('verified: false    # nobody has measured it: reports say "unverified model"')
         lines += [f"{key}: {value}" for key, value in self.settings.items()]
@@ -79,8 +83,3 @@ def number(value: float) -> str:
 def plain_name(text: str) -> str:
     """A name for a machine, link or part: what is no letter, digit, `-` or `_` becomes `_`."""
     return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "unnamed"
-
-
-def printable(text: str) -> str:
-    """The text on one line, so that nothing of a foreign file gets out of a comment."""
-    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))

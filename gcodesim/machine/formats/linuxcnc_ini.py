@@ -35,7 +35,7 @@ DEEPEST_INCLUDE = 8
 
 
 @dataclass(frozen=True)
-class Kinematics:
+class KinematicsModule:
     """What a kinematics module says about the rotary axes.
 
     Attributes:
@@ -54,18 +54,18 @@ class Kinematics:
 
 ROTATION_POINT = {"x-rot-point": 0.0, "y-rot-point": 0.0, "z-rot-point": 0.0}
 MODULES = {
-    "xyzac-trt-kins": Kinematics(
+    "xyzac-trt-kins": KinematicsModule(
         "AC", "", {"A": (1.0, 0.0, 0.0), "C": (0.0, 0.0, 1.0)},
         {**ROTATION_POINT, "y-offset": 0.0, "z-offset": 0.0},
     ),
-    "xyzbc-trt-kins": Kinematics(
+    "xyzbc-trt-kins": KinematicsModule(
         "BC", "", {"B": (0.0, 1.0, 0.0), "C": (0.0, 0.0, 1.0)},
         {**ROTATION_POINT, "x-offset": 0.0, "z-offset": 0.0},
     ),
-    "5axiskins": Kinematics(
+    "5axiskins": KinematicsModule(
         "", "CB", {"C": (0.0, 0.0, 1.0), "B": (0.0, -1.0, 0.0)}, {"pivot-length": 250.0}
     ),
-    "maxkins": Kinematics(
+    "maxkins": KinematicsModule(
         "C", "B", {"B": (0.0, -1.0, 0.0), "C": (0.0, 0.0, -1.0)}, {"pivot-length": 0.666}, LETTERS
     ),
 }  # fmt: skip
@@ -193,7 +193,7 @@ def _lines(path: Path, depth: int) -> Iterator[tuple[str, int, str]]:
             yield from _lines(path.parent / name.strip(), depth + 1)
 
 
-def _kinematics(ini: IniFile) -> tuple[str, Kinematics, str]:
+def _kinematics(ini: IniFile) -> tuple[str, KinematicsModule, str]:
     """Name and conventions of the kinematics module, and the letter of each joint."""
     words = (ini.value("KINS", "KINEMATICS") or "trivkins").split()
     name = words[0].lower()
@@ -216,14 +216,14 @@ def _kinematics(ini: IniFile) -> tuple[str, Kinematics, str]:
     return name, kinematics, letters
 
 
-def _trivial(letters: str) -> Kinematics:
+def _trivial(letters: str) -> KinematicsModule:
     """Rotary axes of which nothing is known: they carry the work, and turn as ISO 841 has it."""
     axes = {"A": (-1.0, 0.0, 0.0), "B": (0.0, -1.0, 0.0), "C": (0.0, 0.0, -1.0)}
-    return Kinematics("".join(c for c in "ABC" if c in letters), "", axes, {})
+    return KinematicsModule("".join(c for c in "ABC" if c in letters), "", axes, {})
 
 
 def _points(
-    ini: IniFile, machine: Imported, name: str, kinematics: Kinematics
+    ini: IniFile, machine: Imported, name: str, kinematics: KinematicsModule
 ) -> dict[str, tuple[float, ...]]:
     """A point on the axis of every rotary joint [mm]; what had to be assumed is remarked."""
     rotary = kinematics.work + kinematics.tool

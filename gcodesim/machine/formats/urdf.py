@@ -45,15 +45,15 @@ SPHERE_STEP = 15.0
 
 
 @dataclass(frozen=True)
-class Frame:
+class LinkPose:
     """Pose of a link's frame in the world at the zero pose: rotation (3, 3), origin [m] (3,)."""
 
     turn: Array
     origin: Array
 
-    def at(self, xyz: Array, rpy: Array) -> Frame:
+    def at(self, xyz: Array, rpy: Array) -> LinkPose:
         """The frame at an URDF origin in this one."""
-        return Frame(self.turn @ turn_of(rpy), self.origin + self.turn @ xyz)
+        return LinkPose(self.turn @ turn_of(rpy), self.origin + self.turn @ xyz)
 
 
 @dataclass
@@ -214,8 +214,8 @@ def _root(document: Document, links: dict[str, Element], joints: list[Element]) 
         children.add(child)
     roots = [name for name in links if name not in children]
     if len(roots) != 1:
-        said = f"found {', '.join(roots)}" if roots else "the joints form a cycle"
-        raise document.error(f"exactly one link must have no parent; {said}", document.root)
+        reason = f"found {', '.join(roots)}" if roots else "the joints form a cycle"
+        raise document.error(f"exactly one link must have no parent; {reason}", document.root)
     reached = {link for link, _, _ in _poses(document, roots[0], joints)}
     apart = next((name for name in links if name not in reached), None)
     if apart is not None:
@@ -225,9 +225,11 @@ def _root(document: Document, links: dict[str, Element], joints: list[Element]) 
 
 def _poses(
     document: Document, root: str, joints: list[Element]
-) -> Iterator[tuple[str, Frame, Element | None]]:
+) -> Iterator[tuple[str, LinkPose, Element | None]]:
     """Yield every link with its frame and the joint it hangs on, parents first."""
-    waiting: list[tuple[str, Frame, Element | None]] = [(root, Frame(np.eye(3), np.zeros(3)), None)]
+    waiting: list[tuple[str, LinkPose, Element | None]] = [
+        (root, LinkPose(np.eye(3), np.zeros(3)), None)
+    ]
     while waiting:
         link, frame, joint = waiting.pop(0)
         yield link, frame, joint
@@ -264,7 +266,7 @@ def angles_of(turn: Array) -> Array:
     return np.degrees([roll, pitch, yaw])
 
 
-def _axis(document: Document, joint: Element, frame: Frame) -> Array:
+def _axis(document: Document, joint: Element, frame: LinkPose) -> Array:
     """Direction of a moving joint in the world, a unit vector."""
     given = joint.find("axis")
     vector = np.array([1.0, 0, 0]) if given is None else document.numbers(given, "xyz", "0 0 1")
@@ -275,7 +277,7 @@ def _axis(document: Document, joint: Element, frame: Frame) -> Array:
 
 
 def _letters(
-    document: Document, poses: Iterator[tuple[str, Frame, Element | None]], joints: list[Element]
+    document: Document, poses: Iterator[tuple[str, LinkPose, Element | None]], joints: list[Element]
 ) -> dict[Element, str]:
     """Axis letter of every moving joint: of its name, else of its main direction, else the next."""
     moving = [(j, f) for _, f, j in poses if j is not None and j.get("type") != "fixed"]
@@ -302,7 +304,7 @@ def _letters(
 
 
 def _joint(
-    document: Document, joint: Element, frame: Frame, parent: str, child: str
+    document: Document, joint: Element, frame: LinkPose, parent: str, child: str
 ) -> dict[str, Any]:
     """The entry of a moving joint."""
     kind, name = joint.get("type", ""), joint.get("name")
@@ -330,7 +332,7 @@ def _joint(
     return entry
 
 
-def _shapes(document: Document, link: Element, frame: Frame) -> list[dict[str, Any]]:
+def _shapes(document: Document, link: Element, frame: LinkPose) -> list[dict[str, Any]]:
     """The parts of a link in the world: its collision shapes, or else the visible ones."""
     kind = "collision" if link.find("collision") is not None else "visual"
     parts = []
@@ -433,7 +435,7 @@ def _body(parts: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _unique(name: str, seen: set[str]) -> str:
-    """The name, with a number behind it where it is taken; it is taken from now on."""
+    """The name, with a number after it where it is taken; it is taken from now on."""
     found, count = name, 1
     while found in seen:
         count += 1

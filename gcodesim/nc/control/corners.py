@@ -9,14 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from gcodesim.constants import CORNER_REST_MM, STRAIGHT_ON_SINE
 from gcodesim.nc.control.state import Corner, Edge, State
 from gcodesim.nc.program import PLANES, FeedMode, Kind
-
-STRAIGHT_ON = 1e-9
-"""Sine of the angle below which two moves make no corner: there is nothing to cut."""
-
-SAME_MM = 1e-9
-"""A move longer than the cut by less than this [mm] is cut as a whole: so much is rounding."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +51,7 @@ def cut_corner(state: State, end: list[float]) -> None:
     flat = all(corner.start[i] == at[i] == end[i] for i in range(6) if i not in (u, v))
     back, onward = (_way(at, point, u, v) for point in (corner.start, end))
     cross, dot = back.v * onward.u - back.u * onward.v, back.u * onward.u + back.v * onward.v
-    is_straight = abs(cross) < STRAIGHT_ON
+    is_straight = abs(cross) < STRAIGHT_ON_SINE
     if not flat or corner.row != len(state.recorder) - 1 or (is_straight and dot > 0.0):
         what = "no straight block in the plane after a corner"
         raise state.place.error("corner_not_followed", what)
@@ -64,16 +59,16 @@ def cut_corner(state: State, end: list[float]) -> None:
         return
     half = math.atan2(abs(cross), dot) / 2
     length = edge.size / math.tan(half) if edge.is_round else edge.size
-    if length > min(back.length, onward.length) + SAME_MM:
+    if length > min(back.length, onward.length) + CORNER_REST_MM:
         what = f"{length:.6g} mm of blocks of {back.length:.6g} and {onward.length:.6g} mm"
         raise state.place.error("corner_too_large", f"the corner takes {what}")
     state.recorder.truncate(corner.row)
     first, last = (_along(at, way, length, u, v) for way in (back, onward))
-    if back.length - length > SAME_MM:
+    if back.length - length > CORNER_REST_MM:
         _record(state, corner, Kind.FEED, first)
     else:
         state.position, state.point = state.frames.machine(first), first
-    if onward.length - length <= SAME_MM:
+    if onward.length - length <= CORNER_REST_MM:
         last = end
     if edge.is_round:
         chord = math.hypot(back.u + onward.u, back.v + onward.v)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from gcodesim.errors import OrientationError, ProgramError
 from gcodesim.findings.codes import Finding
-from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.language_base import Language
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.program_flow import AllLines, Source
 from gcodesim.nc.control.runs import Runs

@@ -32,7 +32,7 @@ class TipControl(Enum):
     VECTORS = 2  # X Y Z are the tip, words of direction point the tool
 
 
-class Side(Enum):
+class CutterSide(Enum):
     """The side of the path on which the cutter runs."""
 
     NONE, LEFT, RIGHT = range(3)
@@ -71,7 +71,7 @@ class Modal:
     feed_given: bool = False
     speed: float = 0.0
     spindle: Spindle = Spindle.OFF
-    side: Side = Side.NONE
+    side: CutterSide = CutterSide.NONE
     tip_control: TipControl = TipControl.OFF
     table_offset: bool = False
     selected: int | None = None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gcodesim.nc.control.modal import Side
+from gcodesim.nc.control.modal import CutterSide
 from gcodesim.nc.control.state import State
 from gcodesim.nc.program import Kind
 
@@ -38,7 +38,7 @@ def set_path(state: State, code: int, tolerance: float) -> None:
     state.recorder.add(Kind.PATH, state.place.row, f=tolerance, aux=code)
 
 
-def compensate(state: State, side: Side, code: str) -> None:
+def compensate(state: State, side: CutterSide, code: str) -> None:
     """Begin or end cutter radius compensation: it is reported, and the path runs as written.
 
     Args:
@@ -47,7 +47,7 @@ def compensate(state: State, side: Side, code: str) -> None:
         code: name of the code that asks for it.
     """
     state.modal.side = side
-    if side is not Side.NONE:
+    if side is not CutterSide.NONE:
         state.unsupported.append(f"{code} line {state.place.line}")
         state.report("cutter_comp_uncompensated", code, code, subject=code)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.hole_run import HoleRun, Pattern, pattern_of
-from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.language_base import Language
 from gcodesim.nc.control.modal import TipControl
 from gcodesim.nc.control.plain_run import PlainRun
 from gcodesim.nc.control.program_flow import Source

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-SAME_ANGLE_DEG = 1e-9
-"""Angles nearer than this are the same [deg]; float noise must not cost a full turn."""
+from gcodesim.constants import SAME_ANGLE_DEG
 
 
 def unwound(value: float, current: float, wrap: str, lower: float, upper: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gcodesim.errors import ProgramError
 from gcodesim.nc.control.place import Place
-from gcodesim.nc.iso.rows import Row
+from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.statements import Statement
 
 CALLS = ("M97", "M98", "M99", "G65")

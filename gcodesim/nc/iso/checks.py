@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from gcodesim.nc.control.modal import Motion, TipControl
 from gcodesim.nc.iso.actions import ACTIONS, Action
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G, motion_code
+from gcodesim.nc.iso.code_rows import Group, Order, Row
+from gcodesim.nc.iso.g_codes import G, motion_code
 from gcodesim.nc.iso.memory import IsoState
-from gcodesim.nc.iso.rows import Group, Order, Row
 from gcodesim.nc.iso.words import WORDS
 
 AXIS_LETTERS = frozenset("XYZABCUVW")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from gcodesim.constants import SAME_LEVEL_MM
 from gcodesim.nc.control.columns import CENTRE_WORDS, MOTION
 from gcodesim.nc.control.drilling import (
     Dwell,
@@ -18,7 +19,7 @@ from gcodesim.nc.control.drilling import (
 )
 from gcodesim.nc.control.modal import Motion
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.modes import dwell_seconds
 from gcodesim.nc.iso.motion import target
@@ -26,9 +27,6 @@ from gcodesim.nc.program import AXES, PLANES
 
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
-
-SAME_LEVEL_MM = 1e-9
-"""A peck this near to the bottom is the last: inches must not leave a peck of 1e-14 mm."""
 
 KEPT = "RQPIJ"
 """Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""

@@ -9,7 +9,7 @@ from gcodesim.nc.control.frames import WORK, Level, Matrix, mirrored_at, rotatio
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.supply import ZERO, Control, WorkOffsetLike
-from gcodesim.nc.iso.codes import Codes, G
+from gcodesim.nc.iso.g_codes import Codes, G
 from gcodesim.nc.iso.requests import Request
 from gcodesim.nc.program import Kind
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from gcodesim.nc.control import orders
-from gcodesim.nc.control.modal import Side, Spindle
+from gcodesim.nc.control.modal import CutterSide, Spindle
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.program import FeedMode, Kind, Plane
 
@@ -24,8 +24,8 @@ SPINDLES = {
 """M code in tenths -> what the spindle does."""
 
 SIDES = {
-    **dict.fromkeys((G.LEFT, G.LEFT_BY), Side.LEFT),
-    **dict.fromkeys((G.RIGHT, G.RIGHT_BY), Side.RIGHT),
+    **dict.fromkeys((G.LEFT, G.LEFT_BY), CutterSide.LEFT),
+    **dict.fromkeys((G.RIGHT, G.RIGHT_BY), CutterSide.RIGHT),
 }
 
 
@@ -136,7 +136,7 @@ def compensate(state: IsoState, block: Block, number: int) -> None:
         entry, tools = block.whole("D"), state.tools
         if tools is not None and entry and entry not in tools:
             raise block.error("tool_not_found", f"D{entry}", "D")
-    orders.compensate(state, SIDES.get(G(number), Side.NONE), f"G{number / 10:g}")
+    orders.compensate(state, SIDES.get(G(number), CutterSide.NONE), f"G{number / 10:g}")
 
 
 def listed_g(state: IsoState, block: Block, number: int) -> None:

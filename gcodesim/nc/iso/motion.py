@@ -10,7 +10,7 @@ from gcodesim.nc.control.columns import CENTRE_WORDS
 from gcodesim.nc.control.modal import Motion, TipControl
 from gcodesim.nc.control.state import Edge
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.program import AXES, PLANES, Kind
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from gcodesim.errors import GcodesimError
 from gcodesim.nc.control.state import INCH, LIMIT
 from gcodesim.nc.control.supply import WorkOffset
-from gcodesim.nc.iso.codes import G, motion_code
+from gcodesim.nc.iso.g_codes import G, motion_code
 from gcodesim.nc.iso.macro_rules import MACROS
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.program import AXES

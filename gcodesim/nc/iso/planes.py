@@ -6,7 +6,7 @@ from gcodesim.nc.control import five_axes
 from gcodesim.nc.control.five_axes import follows
 from gcodesim.nc.control.frames import Matrix, product, rotation
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import PLANE, IsoState
 from gcodesim.nc.iso.motion import axis_values
 

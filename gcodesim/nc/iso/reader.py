@@ -10,7 +10,7 @@ from __future__ import annotations
 from gcodesim.errors import ProgramError
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
-from gcodesim.nc.control.language import Language
+from gcodesim.nc.control.language_base import Language
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.control.state import LIMIT, Corner
@@ -19,14 +19,14 @@ from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.calls import ARGUMENTS
 from gcodesim.nc.iso.calls_ahead import missing_call
 from gcodesim.nc.iso.checks import Checks, Todo
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.cycles import next_hole
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.jumps import Jumps
 from gcodesim.nc.iso.lexer import lex, not_a_word
 from gcodesim.nc.iso.macros import Macros
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Parameters
-from gcodesim.nc.iso.rows import Row
 from gcodesim.nc.iso.scan import scan
 from gcodesim.nc.iso.words import codes_for, unlisted_m
 from gcodesim.nc.lines import Lines

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from gcodesim.nc.control import tools
+from gcodesim.nc.control import tool_changes
 from gcodesim.nc.control.five_axes import follows, set_tip_control
 from gcodesim.nc.control.modal import TipControl
 from gcodesim.nc.control.supply import ZERO
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.codes import G
+from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
 
@@ -18,12 +18,12 @@ M428 = 4280
 
 def select_tool(state: IsoState, block: Block, number: int) -> None:
     """T."""
-    tools.select_tool(state, block.whole("T"), "T")
+    tool_changes.select_tool(state, block.whole("T"), "T")
 
 
 def change_tool(state: IsoState, block: Block, number: int) -> None:
     """M6: the selected tool goes into the spindle, which stops."""
-    tools.change_tool(state, "M6")
+    tool_changes.change_tool(state, "M6")
 
 
 def declare_tool(state: IsoState, block: Block, number: int) -> None:
@@ -31,8 +31,8 @@ def declare_tool(state: IsoState, block: Block, number: int) -> None:
     if "Q" not in block.values:
         raise block.error("tool_not_found", "M61 without Q", "M61")
     tool = block.whole("Q")
-    tools.check_tool(state, tool, "Q")
-    tools.load_tool(state, tool, "M61")
+    tool_changes.check_tool(state, tool, "Q")
+    tool_changes.load_tool(state, tool, "M61")
 
 
 def set_tool_length(state: IsoState, block: Block, number: int) -> None:
@@ -63,7 +63,7 @@ def _set_tool_offset(state: IsoState, value: list[float], number: int) -> None:
     kept = M428 if codes.tip == M428 else 0
     followed = state.control.kinematics is not None
     codes.tip = number if number in TIP_CODES and followed else kept
-    tools.set_length(state, value, _tips(codes.tip))
+    tool_changes.set_length(state, value, _tips(codes.tip))
 
 
 def _tips(code: int) -> TipControl:
@@ -78,7 +78,7 @@ def _tool_offset(state: IsoState, block: Block) -> list[float]:
     entry = block.whole("H") if "H" in block.values else state.modal.tool
     if entry == 0 and state.control.readings.h0 == "spindle":
         entry = state.modal.tool
-    return tools.length_of(state, entry, "H", "G43")
+    return tool_changes.length_of(state, entry, "H", "G43")
 
 
 def set_tool_centre_point(state: IsoState, block: Block, number: int) -> None:
@@ -108,4 +108,4 @@ def cancel_tool_centre_point(state: IsoState, block: Block, number: int) -> None
     state.codes.length = number
     set_tip_control(state, TipControl.OFF)
     if any(state.frames.tool):
-        tools.set_length(state, list(ZERO), TipControl.OFF)
+        tool_changes.set_length(state, list(ZERO), TipControl.OFF)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gcodesim.nc.iso.rows import AXIS_WORDS, Group, Order, Row
+from gcodesim.nc.iso.code_rows import AXIS_WORDS, Group, Order, Row
 
 LEFT_OVER = "PQREL"
 """Words that a code takes whose meaning is not ours."""
