@@ -11,6 +11,7 @@ import warp as wp
 
 import gcodesim.collision
 
+QUICK = "gcodesim.collision.triangles"
 ARCHITECTURES = [75, 90]  # Turing, the oldest that counts, and Hopper
 
 
@@ -29,10 +30,16 @@ def kernel_modules() -> list[str]:
 
 
 def test_there_are_kernels_to_compile() -> None:
-    assert {"gcodesim.collision.exhaustive", "gcodesim.collision.triangles"} <= {*kernel_modules()}
+    assert {"gcodesim.collision.exhaustive", QUICK} <= {*kernel_modules()}
 
 
-@pytest.mark.parametrize("name", kernel_modules())
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name == QUICK else pytest.mark.slow)
+        for name in kernel_modules()
+    ],
+)
 def test_module_compiles_for_cuda(name: str, tmp_path: Path) -> None:
     wp.compile_aot_module(
         import_module(name), device=None, arch=ARCHITECTURES, module_dir=tmp_path, use_ptx=True
