@@ -129,7 +129,8 @@ def joint_samples(module: Module, program: str) -> Array:
             lacking("a LinuxCNC is running")
         Path(folder).chmod(0o755 if os.getuid() else 0o777)
         _write(module, program, Path(folder))
-        env = {"HOME": folder, "PATH": os.environ["PATH"]}
+        path = f"/usr/bin:{os.environ['PATH']}"  # its interpreter looks there for its Python
+        env = {"HOME": folder, "PATH": path}
         if not os.getuid():  # its real-time part refuses to be root
             env |= {"RTAPI_UID": "65534", "RTAPI_FIFO_PATH": f"{folder}/fifo"}
         returned = _run(Path(folder), env)
