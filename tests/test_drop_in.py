@@ -76,7 +76,10 @@ def test_the_next_step_that_init_names_works_in_any_folder(tmp_path: Path) -> No
 
 
 @pytest.mark.usefixtures("project")
-@pytest.mark.parametrize("name", [".github/workflows/gcodesim.yml", ".gitlab-ci.yml"])
+@pytest.mark.parametrize(
+    "name",
+    [".github/workflows/gcodesim.yml", pytest.param(".gitlab-ci.yml", marks=pytest.mark.slow)],
+)
 def test_the_ci_file_of_a_new_project_runs_and_keeps_all(name: str) -> None:
     text = Path(name).read_text()
     steps = [line.strip() for line in text.splitlines()]
@@ -173,6 +176,7 @@ def test_actions_are_pinned_and_the_same_everywhere() -> None:
             assert pins.setdefault(action, (commit, version)) == (commit, version), file
 
 
+@pytest.mark.slow
 def test_the_action_runs_and_reads_no_input_as_code(project: Path) -> None:
     action = load(ROOT / "action.yml")
     steps = action["runs"]["steps"]
@@ -191,6 +195,7 @@ def test_the_action_runs_and_reads_no_input_as_code(project: Path) -> None:
     assert not (project / "pwned").exists()
 
 
+@pytest.mark.slow
 def test_the_component_runs(project: Path) -> None:
     text = (ROOT / "templates/gcodesim.yml").read_text(encoding="utf-8")
     header, _ = yaml.safe_load_all(text)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import click
 import pytest
+import yaml
 from click.testing import CliRunner
 
 from gcodesim.checking.verdict import CONTRACT
@@ -54,8 +55,17 @@ def test_two_setup_commands_of_one_line_each() -> None:
     assert "pytest" in SETUP[1]
 
 
-def test_ci_runs_the_test_command_of_the_readme() -> None:
-    assert SETUP[1].strip() in (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+def test_ci_runs_the_test_command_of_the_readme_with_the_slow_tests() -> None:
+    script = (ROOT / ".ci/run").read_text(encoding="utf-8").splitlines()
+    assert f'{SETUP[1].strip()} -m "" -rs' in script
+
+
+def test_the_workflow_runs_the_script_on_the_oldest_and_the_newest_python() -> None:
+    workflow = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8"))
+    (job,) = workflow["jobs"].values()
+    assert [step["run"] for step in job["steps"] if "run" in step] == [".ci/run"]
+    assert job["strategy"]["matrix"] == {"python": ["3.11", "3.14"]}
+    assert job["container"] == "python:${{ matrix.python }}-bookworm"
 
 
 def test_the_sample_of_the_setup_command_passes(monkeypatch: pytest.MonkeyPatch) -> None:

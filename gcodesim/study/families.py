@@ -46,8 +46,8 @@ def _sgap(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
 
 
 def _polar(radius: Scalar, angle: Scalar, z: Scalar) -> Array:
-    x, y, z = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), z)
-    return np.stack([x, y, z], axis=-1)
+    coordinates = np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle), z)
+    return np.stack(coordinates, axis=-1)
 
 
 def _vertex_face(

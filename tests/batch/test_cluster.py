@@ -44,6 +44,7 @@ def until(condition: Callable[[], Any], process: subprocess.Popen[str]) -> Any:
     return found
 
 
+@pytest.mark.slow
 def test_a_worker_is_killed_and_nothing_is_lost(
     tmp_path: Path, start: Callable[..., subprocess.Popen[str]]
 ) -> None:

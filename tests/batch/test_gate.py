@@ -139,6 +139,7 @@ def test_merge_destroys_nothing() -> None:
     assert run("merge", "r.jsonl", "--out", "all.jsonl").exit_code == 0, "results are replaced"
 
 
+@pytest.mark.slow
 def test_every_contact_has_its_picture_and_the_reports_name_it(
     shop: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -160,6 +161,7 @@ def test_every_contact_has_its_picture_and_the_reports_name_it(
     assert [path.name for path in shop.glob("*.png")] == ["gcodesim-crash-table_tilt.png"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("shop")
 def test_a_picture_that_cannot_be_written_takes_no_answer_away() -> None:
     Path("a.png").mkdir()

@@ -12,6 +12,7 @@ import warp as wp
 import gcodesim.collision
 import gcodesim.study.kernels
 
+QUICK = "gcodesim.collision.geometry.triangles"
 ARCHITECTURES = [75, 90]  # Turing, the oldest that counts, and Hopper
 
 
@@ -32,12 +33,16 @@ def kernel_modules() -> list[str]:
 
 
 def test_there_are_kernels_to_compile() -> None:
-    assert {"gcodesim.collision.baseline.exhaustive", "gcodesim.collision.geometry.triangles"} <= {
-        *kernel_modules()
-    }
+    assert {"gcodesim.collision.baseline.exhaustive", QUICK} <= {*kernel_modules()}
 
 
-@pytest.mark.parametrize("name", kernel_modules())
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=() if name == QUICK else pytest.mark.slow)
+        for name in kernel_modules()
+    ],
+)
 def test_module_compiles_for_cuda(name: str, tmp_path: Path) -> None:
     wp.compile_aot_module(
         import_module(name), device=None, arch=ARCHITECTURES, module_dir=tmp_path, use_ptx=True

@@ -11,8 +11,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pytest
 from motion.linuxcnc_machines import LENGTH, Array, Module
+from needs import lacking, need
 
 PYTHON = "/usr/bin/python3"
 """The interpreter that LinuxCNC's Python module is built for."""
@@ -119,22 +119,24 @@ def is_installed() -> bool:
 def joint_samples(module: Module, program: str) -> Array:
     """Joints X Y Z, tilt, C of every servo cycle (1 ms), shape (n, 5) [mm, deg].
 
-    Skips the test where a LinuxCNC is running, for this one would stop it.
+    The test cannot run where a LinuxCNC is running, for this one would stop it.
     """
+    need(is_installed(), "linuxcnc-uspace")
     lock = Path(tempfile.gettempdir(), "gcodesim-linuxcnc.lock")
     with lock.open("w") as mine, tempfile.TemporaryDirectory() as folder:
         fcntl.flock(mine, fcntl.LOCK_EX)
         if Path("/tmp/linuxcnc.lock").exists():
-            pytest.skip("a LinuxCNC is running")
+            lacking("a LinuxCNC is running")
         Path(folder).chmod(0o755 if os.getuid() else 0o777)
         _write(module, program, Path(folder))
-        env = {"HOME": folder, "PATH": os.environ["PATH"]}
+        path = f"/usr/bin:{os.environ['PATH']}"  # its interpreter looks there for its Python
+        env = {"HOME": folder, "PATH": path}
         if not os.getuid():  # its real-time part refuses to be root
             env |= {"RTAPI_UID": "65534", "RTAPI_FIFO_PATH": f"{folder}/fifo"}
         returned = _run(Path(folder), env)
         samples = Path(folder, "samples.txt")
         if returned != 0 or not samples.exists():
-            pytest.skip("LinuxCNC cannot run its real-time part here")
+            lacking("LinuxCNC cannot run its real-time part here")
         joints = np.loadtxt(samples)
     letters = COORDINATES[module.name]
     return joints[:, [letters.index(letter) for letter in ("X", "Y", "Z", module.tilt, "C")]]

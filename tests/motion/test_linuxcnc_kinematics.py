@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motion.linuxcnc_controller import is_installed, joint_samples
+from motion.linuxcnc_controller import joint_samples
 from motion.linuxcnc_machines import LENGTH, MODULES, Array, Module
 
 from gcodesim.checking.trace import Trace
@@ -108,8 +108,11 @@ def test_a_wrong_sign_or_length_would_be_seen(module: Module, tmp_path: Path) ->
     assert farthest(module, q, lines) > 0.5
 
 
-@pytest.mark.skipif(not is_installed(), reason="LinuxCNC is not installed")
-@each_module
+@pytest.mark.parametrize(
+    "module",
+    [MODULES[0], *(pytest.param(module, marks=pytest.mark.slow) for module in MODULES[1:])],
+    ids=lambda module: module.name,
+)
 def test_the_motion_controller_moves_its_joints_along_our_path(
     module: Module, tmp_path: Path
 ) -> None:

@@ -29,6 +29,7 @@ FEED, ARC, RAPID = Kind.FEED, Kind.ARC, Kind.RAPID
 PROFILES = pytest.mark.parametrize("time", ["constant", "acceleration", "jerk"])
 
 
+@pytest.mark.slow
 @PROFILES
 def test_a_million_tenth_micrometre_blocks(time: str) -> None:
     """100 mm at 20 m/min: 0.3 s, and what the ramps add; all block ends are there."""

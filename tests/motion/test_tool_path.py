@@ -447,6 +447,7 @@ def test_too_many_pieces_end_the_program() -> None:
     assert path.line.tolist()[-1] == 3
 
 
+@pytest.mark.slow
 def test_a_million_blocks(rng: np.random.Generator) -> None:
     n = 1_000_000
     turn = np.linspace(0.0, 200 * pi, n)

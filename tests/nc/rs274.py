@@ -2,6 +2,8 @@
 
 Its own unit is the inch whatever a program says: so is that of the tool table. Positions are
 program coordinates in the unit in force, with four decimals.
+
+Read from 2.9.0~pre1+git20230208, which is Debian 12 (bookworm); later releases write other text.
 """
 
 import math
@@ -27,6 +29,20 @@ def canonical_calls(text, tools, folder):
         tools: number -> entry of our tool table.
         folder: an empty folder to work in.
     """
+    done = _run(text, tools, folder)
+    if done.returncode:
+        return None
+    return list(Reader().rows(done.stdout.decode("latin-1").splitlines()))
+
+
+def refused_block(text, tools, folder):
+    """Return the block that a refused program is stopped at; arguments as above."""
+    done = _run(text, tools, folder)
+    _executing, _why, block, *_stack = filter(str.strip, done.stderr.decode("latin-1").splitlines())
+    return block.strip()
+
+
+def _run(text, tools, folder):
     rows = [
         f"T{n} P{n} "
         + " ".join(f"{a}{v / INCH:.12f}" for a, v in zip("XYZ", t.offset[:3], strict=True))
@@ -36,13 +52,10 @@ def canonical_calls(text, tools, folder):
     (folder / "tool.tbl").write_text("\n".join(rows) + "\n")
     (folder / "program.ngc").write_text(text)
     command = ["rs274", "-t", str(folder / "tool.tbl"), "-g", str(folder / "program.ngc")]
-    done = subprocess.run(
+    return subprocess.run(
         command, capture_output=True, stdin=subprocess.DEVNULL, env={"HOME": str(folder)},
         cwd=folder, timeout=60, check=False,
     )  # fmt: skip
-    if done.returncode:
-        return None
-    return list(Reader().rows(done.stdout.decode("latin-1").splitlines()))
 
 
 class Reader:

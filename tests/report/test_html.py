@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import os
 import re
 import zlib
 from collections.abc import Iterator
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from needs import need
 from numpy.typing import NDArray
 from report.browser import Browser, find
 from report.checked import HOSTILE, crash, near, tools
@@ -20,11 +20,6 @@ from gcodesim.collision.views.distances import distances
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.report import html
 from gcodesim.report.html import page
-
-CHROMIUM = find()
-needs_browser = pytest.mark.skipif(
-    CHROMIUM is None and os.environ.get("CI") != "true", reason="no Chromium here"
-)
 
 
 def unpacked(text: str, dtype: str) -> NDArray[Any]:
@@ -85,9 +80,10 @@ def test_a_text_that_is_too_long_is_left_out_and_that_is_said(
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    """One browser for all tests; in CI its absence is a failure."""
-    assert CHROMIUM, "CI needs Chromium: apt-get install chromium-headless-shell"
-    with Browser(CHROMIUM) as opened:
+    """One browser for all tests."""
+    program = find()
+    need(program, "chromium-headless-shell")
+    with Browser(program) as opened:
         checks = {"crash": crash(), "tools": tools(), "near": near()}
         for name, (result, replay) in checks.items():
             file = tmp_path_factory.mktemp("pages") / f"{name}.html"
@@ -115,7 +111,6 @@ def assert_posed(browser: Browser, replay: Any) -> None:
         np.testing.assert_allclose(stands(browser, link), pose, atol=0.1, err_msg=link)
 
 
-@needs_browser
 def test_the_page_opens_at_the_first_contact(browser: Browser) -> None:
     result, replay = crash()
     browser.open(browser.pages["crash"])
@@ -135,7 +130,6 @@ def test_the_page_opens_at_the_first_contact(browser: Browser) -> None:
     assert_posed(browser, replay)
 
 
-@needs_browser
 def test_findings_distances_and_the_timeline_are_clicked(browser: Browser) -> None:
     _, replay = crash()
     browser.open(browser.pages["crash"])
@@ -162,7 +156,6 @@ def told_of(browser: Browser) -> dict[str, str]:
     return dict(row.split("\n") for row in rows)
 
 
-@needs_browser
 def test_distances_follow_the_timeline_and_a_row_jumps_to_the_nearest(browser: Browser) -> None:
     result, replay = crash()
     browser.open(browser.pages["crash"])
@@ -214,7 +207,6 @@ ON_SCREEN = """(() => {
 """How far from the middle any vertex of the machine is seen, at most; 1: at the edge."""
 
 
-@needs_browser
 @pytest.mark.parametrize(("width", "height"), [(1280, 720), (1000, 700), (600, 900)])
 def test_fit_shows_the_whole_machine(browser: Browser, width: int, height: int) -> None:
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
@@ -229,7 +221,6 @@ def test_fit_shows_the_whole_machine(browser: Browser, width: int, height: int) 
         browser.ask("Emulation.clearDeviceMetricsOverride")
 
 
-@needs_browser
 def test_only_a_pair_that_touches_or_is_nearer_than_its_clearance_alarms(browser: Browser) -> None:
     """cutter and C come to 3.21 mm where 7 mm are asked for; at the start all are far apart."""
     browser.open(browser.pages["near"])
@@ -240,7 +231,6 @@ def test_only_a_pair_that_touches_or_is_nearer_than_its_clearance_alarms(browser
     assert browser.value(alarms) == ["cutter - C"]
 
 
-@needs_browser
 def test_play_runs_to_the_end_and_stops(browser: Browser) -> None:
     browser.open(browser.pages["tools"])
     assert browser.value("viewer.time") == 0
@@ -256,7 +246,6 @@ def test_play_runs_to_the_end_and_stops(browser: Browser) -> None:
     assert browser.value("viewer.playing") is False
 
 
-@needs_browser
 def test_bodies_are_ghosted_and_hidden_and_tools_come_and_go(browser: Browser) -> None:
     browser.open(browser.pages["tools"])
     button = "#bodies button[data-body=C]"
@@ -276,7 +265,6 @@ def test_bodies_are_ghosted_and_hidden_and_tools_come_and_go(browser: Browser) -
     assert browser.value(there) == [False, True]
 
 
-@needs_browser
 def test_the_camera_turns_and_the_machine_is_drawn(browser: Browser) -> None:
     browser.open(browser.pages["crash"])
     camera = "viewer.scene.camera.position.toArray()"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from io import StringIO
 from pathlib import Path
 
 import pytest
+from needs import need
 from report import browser
 from rich.cells import cell_len
 from rich.console import Console
@@ -14,7 +14,6 @@ from rich.console import Console
 from gcodesim.report.overview import Row, print_overview
 from gcodesim.report.overview_page import overview_page
 
-CHROMIUM = browser.find()
 LONG = "GC402 B is no axis here: the machine file has no such axis; add it or ignore_words of it"
 ROWS = [
     Row("samples/arc_into_trunnion.nc", "table_tilt", "", "fail", 0.0, "cutter-A", 4.6, LONG, 16),
@@ -56,12 +55,12 @@ def test_of_many_programs_the_ones_to_look_at_are_shown() -> None:
     assert shown[-1].endswith("1 contact ignored (comment: dummy)")
 
 
-@pytest.mark.skipif(CHROMIUM is None and os.environ.get("CI") != "true", reason="no Chromium")
 def test_no_word_of_the_page_is_broken(tmp_path: Path) -> None:
-    assert CHROMIUM, "CI needs Chromium: apt-get install chromium-headless-shell"
+    program = browser.find()
+    need(program, "chromium-headless-shell")
     file = tmp_path / "overview.html"
     file.write_text(overview_page(ROWS, "1.2.3", ["--stop all", "--ignore <b>"], tmp_path))
-    with browser.Browser(CHROMIUM) as page:
+    with browser.Browser(program) as page:
         size = {"width": 1400, "height": 900, "deviceScaleFactor": 1, "mobile": False}
         page.ask("Emulation.setDeviceMetricsOverride", **size)
         page.ask("Page.navigate", url=file.as_uri())
