@@ -19,7 +19,7 @@ from gcodesim.nc.control.state import State
 from gcodesim.nc.program import AXES, Kind
 
 
-class Toy(Language):
+class Toy(Language[Place]):
     def __init__(self, control):
         super().__init__(State(control), ProgramFlow(control.max_blocks))
         self.opened = []
@@ -43,7 +43,7 @@ class Toy(Language):
 
     def run(self, place):
         state, flow, (verb, *words) = self.state, self.flow, place.text.split() or ["", ""]
-        state.count_block()
+        state.blocks, state.last_line = state.blocks + 1, place.row
         named = {AXES.index(w[0]): float(w[1:]) for w in words if w[:1] in AXES}
         feeds = [float(w[1:]) for w in words if w[:1] == "F"]
         if feeds:

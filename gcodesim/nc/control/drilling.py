@@ -3,44 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import NamedTuple
 
 from gcodesim.nc.control.moves import feed_of, move
 from gcodesim.nc.control.state import State
 from gcodesim.nc.program import PLANES, Kind
 
 
-@dataclass(frozen=True, slots=True)
-class RapidTo:
+class RapidTo(NamedTuple):
     """Rapid the depth axis to a level [mm] of the program frame."""
 
     level: float
 
 
-@dataclass(frozen=True, slots=True)
-class FeedTo:
+class FeedTo(NamedTuple):
     """Feed the depth axis to a level [mm] of the program frame."""
 
     level: float
 
 
-@dataclass(frozen=True, slots=True)
-class Shift:
+class Shift(NamedTuple):
     """Rapid sideways by steps along the two axes of the plane [mm]."""
 
     u: float
     v: float
 
 
-@dataclass(frozen=True, slots=True)
-class Dwell:
+class Dwell(NamedTuple):
     """Stand still [s]; no time is no step."""
 
     seconds: float
 
 
-@dataclass(frozen=True, slots=True)
-class ManualStop:
+class ManualStop(NamedTuple):
     """The program stops, and the operator withdraws the tool.
 
     Attributes:
@@ -53,8 +49,7 @@ class ManualStop:
 Step = RapidTo | FeedTo | Shift | Dwell | ManualStop
 
 
-@dataclass(frozen=True, slots=True)
-class Hole:
+class Hole(NamedTuple):
     """What the cycle in force does at every point that plain words name.
 
     Attributes:
@@ -70,7 +65,7 @@ class Hole:
     steps: Sequence[Step]
     level: float | None
     counted: int = 1
-    kept: Mapping[str, float] = field(default_factory=dict)
+    kept: Mapping[str, float] = MappingProxyType({})
 
 
 def drill(state: State, hole: Hole, point: list[float]) -> None:
@@ -83,42 +78,44 @@ def drill(state: State, hole: Hole, point: list[float]) -> None:
     """
     depth = PLANES[state.modal.plane][2]
     if hole.level is not None and state.point[depth] < hole.level:
-        _along(state, Kind.RAPID, hole.level)
+        _along(state, depth, Kind.RAPID, hole.level)
     point = point.copy()
     point[depth] = state.point[depth]
     _rapid(state, point)
     if hole.level is not None:
-        _along(state, Kind.RAPID, hole.level)
+        _along(state, depth, Kind.RAPID, hole.level)
     for step in hole.steps:
-        _carry_out(state, step)
+        # By type and not by `match`: holes are many, and this is twice as fast.
+        if isinstance(step, FeedTo):
+            _along(state, depth, Kind.FEED, step.level)
+        elif isinstance(step, RapidTo):
+            _along(state, depth, Kind.RAPID, step.level)
+        else:
+            _stand_or_shift(state, step)
 
 
-def _carry_out(state: State, step: Step) -> None:
-    match step:
-        case FeedTo(level):
-            _along(state, Kind.FEED, level)
-        case RapidTo(level):
-            _along(state, Kind.RAPID, level)
-        case Dwell(seconds):
-            if seconds:
-                state.recorder.add(Kind.DWELL, state.place.row, f=seconds)
-        case Shift(u, v):
-            i, j, _ = PLANES[state.modal.plane]
-            point = state.point.copy()
-            point[i], point[j] = point[i] + u, point[j] + v
-            _rapid(state, point)
-        case ManualStop(code):
-            state.emit(Kind.STOP)
-            state.report("manual_retract", code, code, subject=code)
-
-
-def _along(state: State, kind: Kind, level: float) -> None:
+def _along(state: State, depth: int, kind: Kind, level: float) -> None:
     """Move the depth axis to a level."""
     point = state.point.copy()
-    point[PLANES[state.modal.plane][2]] = level
-    f = feed_of(state) if kind == Kind.FEED else 0.0
+    point[depth] = level
+    f = feed_of(state) if kind is Kind.FEED else 0.0
     move(state, kind, state.reach(point), f)
     state.point = point
+
+
+def _stand_or_shift(state: State, step: Shift | Dwell | ManualStop) -> None:
+    """Carry out a step that leaves the depth axis where it is."""
+    if isinstance(step, Shift):
+        i, j, _ = PLANES[state.modal.plane]
+        point = state.point.copy()
+        point[i], point[j] = point[i] + step.u, point[j] + step.v
+        _rapid(state, point)
+    elif isinstance(step, Dwell):
+        if step.seconds:
+            state.recorder.add(Kind.DWELL, state.place.row, f=step.seconds)
+    else:
+        state.emit(Kind.STOP)
+        state.report("manual_retract", step.code, step.code, subject=step.code)
 
 
 def _rapid(state: State, point: list[float]) -> None:

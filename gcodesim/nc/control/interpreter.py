@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Generic
 
 from gcodesim.errors import OrientationError, ProgramError
 from gcodesim.findings.codes import Finding
-from gcodesim.nc.control.language_base import Language
+from gcodesim.nc.control.language_base import Language, Line
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.program_flow import AllLines, Source
 from gcodesim.nc.control.runs import Runs
@@ -50,14 +51,14 @@ class Interpretation:
         return file, line - before
 
 
-class Interpreter:
+class Interpreter(Generic[Line]):
     """Takes one program through its language.
 
     Attributes:
         language: reads the lines, and tells the control what they say.
     """
 
-    def __init__(self, language: Language, progress: Callable[[float], None]) -> None:
+    def __init__(self, language: Language[Line], progress: Callable[[float], None]) -> None:
         self.language, self._progress = language, progress
         self.state, self._flow = language.state, language.flow
         self._runs = Runs(language)
@@ -95,18 +96,18 @@ class Interpreter:
 
     def _run_lines(self) -> bool:
         """Run lines; return False when one of them ended interpretation."""
-        state, flow = self.state, self._flow
-        most = flow.most_blocks
+        state, flow, language = self.state, self._flow, self.language
+        most, take = flow.most_blocks, self._runs.take
         while not state.ended:
             source, index = flow.source, flow.index
             if index >= source.end:
                 return self._text_ended(source, index)
             left = most - state.blocks - state.holes
-            if taken := self._runs.take(source, index, left):
+            if taken := take(source, index, left):
                 flow.index = index + taken
                 self._progress(flow.index / len(source.lines))
                 continue
-            state.place = self.language.place(source, index)
+            state.place = place = language.place(source, index)
             flow.index = index + 1
             if left <= 0:
                 # Texts that were called meanwhile have lines of their own.
@@ -114,25 +115,20 @@ class Interpreter:
                 if state.blocks + state.holes >= most:
                     state.report("max_blocks", flow.limit_reached)
                     return False
-            if not self._run_line():
-                return False
+            mark = len(state.recorder)
+            try:
+                language.run(place)
+            except ProgramError as error:
+                return self._refused(mark, error.finding)
+            except OrientationError as error:
+                return self._refused(mark, place.finding(error.meaning, str(error)))
         return True
 
-    def _run_line(self) -> bool:
-        """Run one line; return False when it is refused."""
-        state, place = self.state, self.state.place
-        mark = len(state.recorder)
-        try:
-            self.language.run(place)
-        except ProgramError as error:
-            state.recorder.truncate(mark)
-            state.keep(error.finding)
-            return False
-        except OrientationError as error:
-            state.recorder.truncate(mark)
-            state.keep(place.finding(error.meaning, str(error)))
-            return False
-        return True
+    def _refused(self, mark: int, finding: Finding) -> bool:
+        """Take back what a line has recorded, and keep why."""
+        self.state.recorder.truncate(mark)
+        self.state.keep(finding)
+        return False
 
     def _text_ended(self, source: Source, index: int) -> bool:
         """Tell whether the main program may end here, after its text; a subprogram may not."""

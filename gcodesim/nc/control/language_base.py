@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import Generic, TypeVar
 
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
@@ -11,8 +12,11 @@ from gcodesim.nc.control.program_flow import ProgramFlow, Source
 from gcodesim.nc.control.state import State
 from gcodesim.nc.lines import Lines
 
+Line = TypeVar("Line", bound=Place)
+"""What a language makes of a line before it runs: its block."""
 
-class Language(ABC):
+
+class Language(ABC, Generic[Line]):
     """One language at work on one program.
 
     Attributes:
@@ -32,12 +36,12 @@ class Language(ABC):
         self.flow.add(text, file)
 
     @abstractmethod
-    def place(self, source: Source, index: int) -> Place:
+    def place(self, source: Source, index: int) -> Line:
         """Return the place of a line that is about to run."""
 
     @abstractmethod
-    def run(self, place: Place) -> None:
-        """Carry out a line, and let the state count it if it is a block.
+    def run(self, place: Line) -> None:
+        """Carry out a line, and count it in the state if it is a block.
 
         Raises:
             ProgramError: the line is refused; what it has recorded is taken back.

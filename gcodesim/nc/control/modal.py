@@ -24,6 +24,9 @@ class Spindle(Enum):
     OFF, CLOCKWISE, COUNTER_CLOCKWISE, ORIENTED = range(4)
 
 
+TURNING = (Spindle.CLOCKWISE, Spindle.COUNTER_CLOCKWISE)
+
+
 class TipControl(Enum):
     """Tool centre point control: what X Y Z and the words of direction mean."""
 
@@ -80,4 +83,4 @@ class Modal:
     @property
     def spindle_turns(self) -> bool:
         """The spindle turns, whichever way."""
-        return self.spindle in (Spindle.CLOCKWISE, Spindle.COUNTER_CLOCKWISE)
+        return self.spindle in TURNING

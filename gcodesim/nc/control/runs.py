@@ -6,11 +6,13 @@ the first line for which that cannot be promised.
 
 from __future__ import annotations
 
+from typing import Generic
+
 import numpy as np
 
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.hole_run import HoleRun, Pattern, pattern_of
-from gcodesim.nc.control.language_base import Language
+from gcodesim.nc.control.language_base import Language, Line
 from gcodesim.nc.control.modal import TipControl
 from gcodesim.nc.control.plain_run import PlainRun
 from gcodesim.nc.control.program_flow import Source
@@ -25,14 +27,14 @@ SHORTEST = 16
 """Shorter runs are faster line by line."""
 
 
-class Runs:
+class Runs(Generic[Line]):
     """Finds runs of plain lines and carries them out.
 
     Attributes:
         language: reads the columns, and knows its modes and cycles.
     """
 
-    def __init__(self, language: Language) -> None:
+    def __init__(self, language: Language[Line]) -> None:
         self.language, self.state = language, language.state
         self._chunks: dict[tuple[int, int], Columns] = {}
         self._wait = self._pause = 0

@@ -80,7 +80,7 @@ class State:
         ignored: what was dropped or listed as doing nothing -> times.
         unsupported: what was not followed, with its line.
         offsets, tools, reference: tables of the control, as the program has changed them.
-        blocks, last_line: lines carried out that count as blocks, and the row of the last.
+        blocks, last_line: lines that count as blocks, and the row of the last; see Language.run.
         ended: the program has come to its end.
         corner: a corner that waits for the move after it.
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
@@ -219,12 +219,13 @@ class State:
         An axis that is not told to move keeps its very number: noise of 1e-14 mm in X would turn a
         rotary move, whose feed is in deg/min, into a linear one.
         """
-        position, joined = self.frames.machine(point), self.frames.joined
+        frames, before, held = self.frames, self.point, self.position
+        position = frames.machine(point)
         # Axes that the frame turns into each other are computed together.
-        turned = joined and point[:joined] != self.point[:joined]
-        for i in range(joined if turned else 0, 6):
-            if point[i] == self.point[i]:
-                position[i] = self.position[i]
+        first = joined if (joined := frames.joined) and point[:joined] != before[:joined] else 0
+        for i in range(first, 6):
+            if point[i] == before[i]:
+                position[i] = held[i]
         return position
 
     def refusal(self) -> ProgramError:
@@ -232,11 +233,6 @@ class State:
         what = next(iter(self.unfollowed.values()))
         self.unsupported.append(f"{what.partition(' ')[0]} line {self.place.line}")
         return self.place.error("unknown_g", what)
-
-    def count_block(self) -> None:
-        """Count the line that is carried out as a block."""
-        self.blocks += 1
-        self.last_line = self.place.row
 
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from gcodesim.constants import SAME_LEVEL_MM
 from gcodesim.nc.control.columns import CENTRE_WORDS, MOTION
@@ -35,8 +35,7 @@ SHIFTS = {"+X": (1.0, 0.0), "-X": (-1.0, 0.0), "+Y": (0.0, 1.0), "-Y": (0.0, -1.
 """Readings.bore_shift -> way along the two axes of the plane."""
 
 
-@dataclass(frozen=True, slots=True)
-class Words:
+class HoleWords(NamedTuple):
     """What the words of the active cycle say; levels are program values of the depth axis [mm].
 
     Attributes:
@@ -160,7 +159,8 @@ def next_hole(state: IsoState) -> Hole | None:
         return None
     block = Block("", 0, "")
     _check_words(state, block, codes.cycle)
-    return _hole(state, block, codes.cycle, 1)
+    hole = _hole(state, block, codes.cycle, 1)
+    return hole._replace(kept=_kept_in_columns(state, codes.cycle))
 
 
 def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
@@ -182,10 +182,10 @@ def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
     depths = _peck_depths(block, r, z, q, repeats) if number in PECKED else [z]
     u, v = SHIFTS[readings.bore_shift]
     shift, dwell = Shift(q * u, q * v), Dwell(kept.get("P", 0.0))
-    words = Words(r, z, initial, out, depths, q, readings.peck_backoff, shift, dwell)
+    words = HoleWords(r, z, initial, out, depths, q, readings.peck_backoff, shift, dwell)
     steps = _back_bore_centred(state, words) if _is_centred(state, number) else STEPS[number](words)
     counted = 1 + (int((r - z) / q) if number in PECKED and q else 0)
-    return Hole(steps, None if shifted else r, counted, _kept_in_columns(state, number))
+    return Hole(steps, None if shifted else r, counted)
 
 
 def _kept_in_columns(state: IsoState, number: int) -> dict[str, float]:
@@ -210,12 +210,12 @@ def _peck_depths(block: Block, r: float, z: float, q: float, repeats: int) -> li
     return [*depths, z]
 
 
-def _drill(words: Words) -> list[Step]:
+def _drill(words: HoleWords) -> list[Step]:
     """G81, G82, G86."""
     return [FeedTo(words.z), words.dwell, RapidTo(words.out)]
 
 
-def _peck(words: Words) -> list[Step]:
+def _peck(words: HoleWords) -> list[Step]:
     """G83: out to R between pecks."""
     steps: list[Step] = []
     for depth in words.depths[:-1]:
@@ -224,7 +224,7 @@ def _peck(words: Words) -> list[Step]:
     return [*steps, FeedTo(words.depths[-1]), words.dwell, RapidTo(words.out)]
 
 
-def _break_chips(words: Words) -> list[Step]:
+def _break_chips(words: HoleWords) -> list[Step]:
     """G73: up by the back-off between pecks."""
     steps: list[Step] = []
     for depth in words.depths[:-1]:
@@ -232,7 +232,7 @@ def _break_chips(words: Words) -> list[Step]:
     return [*steps, FeedTo(words.depths[-1]), words.dwell, RapidTo(words.out)]
 
 
-def _tap(words: Words) -> list[Step]:
+def _tap(words: HoleWords) -> list[Step]:
     """G84, G74: in and out at the feed, with Q in pecks."""
     steps: list[Step] = []
     for depth in words.depths:
@@ -240,29 +240,29 @@ def _tap(words: Words) -> list[Step]:
     return [*steps, RapidTo(words.out)]
 
 
-def _bore(words: Words) -> list[Step]:
+def _bore(words: HoleWords) -> list[Step]:
     """G85, G89: out at the feed."""
     return [FeedTo(words.z), words.dwell, FeedTo(words.r), RapidTo(words.out)]
 
 
-def _bore_and_stop(words: Words) -> list[Step]:
+def _bore_and_stop(words: HoleWords) -> list[Step]:
     """G88: the operator retracts the tool, and where to is unknown."""
     return [FeedTo(words.z), words.dwell, ManualStop("G88")]
 
 
-def _fine_bore(words: Words) -> list[Step]:
+def _fine_bore(words: HoleWords) -> list[Step]:
     """G76: out with the tool shifted off the wall."""
     back = Shift(-words.shift.u, -words.shift.v)
     return [FeedTo(words.z), words.dwell, words.shift, RapidTo(words.out), back]
 
 
-def _back_bore(words: Words) -> list[Step]:
+def _back_bore(words: HoleWords) -> list[Step]:
     """G87 with a shift: down beside the hole, in, and bore upwards."""
     ends = words.r, words.z, words.z, words.initial
     return _back_bored(words, words.shift, ends)
 
 
-def _back_bore_centred(state: IsoState, words: Words) -> list[Step]:
+def _back_bore_centred(state: IsoState, words: HoleWords) -> list[Step]:
     """G87 with centre words I J and the top K."""
     kept = state.codes.cycle_words
     letters = [CENTRE_WORDS[i] for i in PLANES[state.modal.plane]]
@@ -271,7 +271,9 @@ def _back_bore_centred(state: IsoState, words: Words) -> list[Step]:
     return _back_bored(words, Shift(u, v), (words.z, top, words.z, words.out))
 
 
-def _back_bored(words: Words, shift: Shift, ends: tuple[float, float, float, float]) -> list[Step]:
+def _back_bored(
+    words: HoleWords, shift: Shift, ends: tuple[float, float, float, float]
+) -> list[Step]:
     below, top, free, last = ends
     back = Shift(-shift.u, -shift.v)
     return [
@@ -283,7 +285,7 @@ def _back_bored(words: Words, shift: Shift, ends: tuple[float, float, float, flo
 PECKED = (G.CHIP_BREAKING, G.LEFT_TAPPING, G.PECKING, G.TAPPING)
 """Cycles that reach the bottom by pecks of Q."""
 
-STEPS: dict[int, Callable[[Words], list[Step]]] = {
+STEPS: dict[int, Callable[[HoleWords], list[Step]]] = {
     G.CHIP_BREAKING: _break_chips,
     G.LEFT_TAPPING: _tap,
     G.FINE_BORING: _fine_bore,

@@ -11,14 +11,13 @@ from gcodesim.errors import ProgramError
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
 from gcodesim.nc.control.language_base import Language
-from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.control.state import LIMIT, Corner
 from gcodesim.nc.control.supply import Control
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.calls import ARGUMENTS
 from gcodesim.nc.iso.calls_ahead import missing_call
-from gcodesim.nc.iso.checks import Checks, Todo
+from gcodesim.nc.iso.checks import Checks
 from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.cycles import next_hole
 from gcodesim.nc.iso.g_codes import G
@@ -38,7 +37,7 @@ KEPT_BLOCKS = 1 << 14
 """Blocks whose words are kept, for loops and subprograms."""
 
 
-class IsoReader(Language):
+class IsoReader(Language[Block]):
     """Takes the blocks of one program through the steps."""
 
     state: IsoState
@@ -70,7 +69,7 @@ class IsoReader(Language):
         if missing is None:
             return
         index, code, why = missing
-        block = self._block(self.flow.sources[0], index)
+        block = self.place(self.flow.sources[0], index)
         try:
             lex(block)
         except ProgramError:
@@ -78,11 +77,7 @@ class IsoReader(Language):
             return
         raise block.error(why.meaning, str(why), code)
 
-    def place(self, source: Source, index: int) -> Place:
-        """Return the block of a line."""
-        return self._block(source, index)
-
-    def _block(self, source: Source, index: int) -> Block:
+    def place(self, source: Source, index: int) -> Block:
         """Return the block of a line; one that has run before knows its words already.
 
         Blocks are kept from the first jump on: before it, none can run again.
@@ -116,19 +111,14 @@ class IsoReader(Language):
         """Return what to report when the text of a subprogram ends without a return."""
         return "the subprogram ends without M99 or endsub"
 
-    def run(self, place: Place) -> None:
+    def run(self, place: Block) -> None:
         """Carry out a block.
 
         Raises:
             ProgramError: it is refused.
             OrientationError: no rotary positions hold the tool as it says.
         """
-        assert isinstance(place, Block)
-        after = self.flow.index
-        self._run_block(place)
-        self._has_jumped = self._has_jumped or self.flow.index != after
-
-    def _run_block(self, block: Block) -> None:
+        block, state, after = place, self.state, self.flow.index
         # Step 1: characters to words.
         if not block.is_lexed:
             lex(block)
@@ -139,12 +129,15 @@ class IsoReader(Language):
         statement = self._macros.read(block) if block.is_macro else None
         for kind, text in block.messages:
             shown = text if kind == "MSG" else self._macros.message(text)
-            self.state.recorder.message(block.row, shown)
-        self.state.count_block()
+            state.recorder.message(block.row, shown)
+        state.blocks += 1
+        state.last_line = block.row
         if block.tokens or statement is None:
             self._run_words(block)
         if statement is not None:
             self._macros.go_on(block, statement)
+        if self.flow.index != after:
+            self._has_jumped = True
 
     def _run_words(self, block: Block) -> None:
         # Step 2: words to codes and values; those of macro text may be others every time.
@@ -153,9 +146,7 @@ class IsoReader(Language):
         # Steps 3 and 4.
         state = self.state
         waiting, state.line_feed = state.corner, block.values.get("F")
-        todo: Todo
-        for todo in self._checks.checked(block):
-            action, number = todo
+        for action, number in self._checks.checked(block):
             action(state, block, number)
         if waiting is not None or block.corner[0]:
             self._check_corner(block, waiting)
