@@ -4,32 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import warp as wp
 
-from gcodesim.collision.baseline import exhaustive
-from gcodesim.collision.baseline.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.baseline.exhaustive import (
+    InstantTest,
+    exhaustive_test,
+    first_sampled_contact,
+)
 from gcodesim.collision.bodies import tree_kernel
-from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds import chords
 from gcodesim.collision.bounds.departure import Step, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
+from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
 from gcodesim.collision.instants.containment import find_containments
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import search_kernel
 from gcodesim.collision.search.events import Contact, Place
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
-from gcodesim.machine.model import Body, Joint, Machine, Pair
+from gcodesim.machine.model import Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
-from gcodesim.motion.samples import Instants, Span, tool_spans, window, windows
-
-WINDOW = 16_384
-"""Samples per window: long enough to amortise a launch, short enough for progress and Ctrl-C."""
+from gcodesim.motion.samples import Span, tool_spans, window
 
 METHODS = ("search", "exhaustive", "paper")
 
@@ -59,7 +62,7 @@ class Detection:
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
     steps: list[tuple[Pair, Step]] = field(default_factory=list)
-    work: Work = field(default_factory=Work)
+    work: WorkCounts = field(default_factory=WorkCounts)
 
 
 @dataclass(frozen=True)
@@ -94,13 +97,13 @@ def load_kernels(method: str, device: str) -> tuple[str, ...]:
 
         wp.load_module(paper, device=device)
         return ("paper",)
-    wp.load_module(exhaustive, device=device)
+    wp.load_module(touches, device=device)
     if method != "search":
-        return ("exhaustive",)
+        return ("touches",)
     wp.load_module(chords, device=device)
     wp.load_module(search_kernel, device=device)
     wp.load_module(tree_kernel, device="cpu")
-    return ("exhaustive", "chords", "search_kernel", "tree_kernel")
+    return ("touches", "chords", "search_kernel", "tree_kernel")
 
 
 def detect(task: Task) -> Detection:
@@ -174,44 +177,26 @@ def _shapeless_number(machine: Machine, number: int | None) -> int | None:
     return None if stands_for_all else number
 
 
-def is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
-    """Both bodies are there, with at least one of the parts that count."""
-    return all(
-        name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)
-        for name, wanted in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
-    )
-
-
 def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
     """First contact within one span, looking at every sample and every block end."""
     scene, span = place.scene, place.span
-    look = _look(task, scene, arrays, detection.work)
-    for first in windows(task.path, span, WINDOW, task.period_ps):
-        instants = window(task.path, span, first, WINDOW, task.period_ps)
-        hit = look(instants)
-        if hit:
-            instants = _instants_of(task, span, hit[0])
-            return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
-        done = (first + WINDOW) * task.period_ps
-        task.progress(min(1.0, done / task.path.duration_ps))
-    return None
+    test = _instant_test(task, scene, arrays, detection.work)
+    hit = first_sampled_contact(task.path, span, task.period_ps, test, task.progress)
+    if hit is None:
+        return None
+    # The instants that count for the sample: block ends before it, then the sample itself.
+    instants = window(task.path, span, hit[0], 1, task.period_ps)
+    return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
 
 
-def _look(
-    task: Task, scene: Scene, arrays: PathArrays, work: Work
-) -> Callable[[Instants], tuple[int, int] | None]:
-    """What finds the first contact (sample, pair) among some instants."""
+def _instant_test(task: Task, scene: Scene, arrays: PathArrays, work: WorkCounts) -> InstantTest:
+    """How a method that samples finds the first contact among some instants."""
     if task.method == "exhaustive":
-        return lambda instants: first_contact_exhaustive(scene, arrays, instants, work)
+        return exhaustive_test(scene, arrays, work)
     from gcodesim.collision.baseline.paper import first_contact_paper, prepare_paper
 
     prepared = prepare_paper(scene, _travelled(task))
-    return lambda instants: first_contact_paper(scene, prepared, arrays, instants, work)
-
-
-def _instants_of(task: Task, span: Span, sample: int) -> Instants:
-    """The instants that count for one sample: block ends before it, then the sample itself."""
-    return window(task.path, span, sample, 1, task.period_ps)
+    return partial(first_contact_paper, scene, prepared, arrays, work=work)
 
 
 def _travelled(task: Task) -> tuple[Joint, ...]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import Work
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Joint
@@ -36,7 +36,7 @@ class Motion:
     across: Floats
 
 
-def advance(scene: Scene, tolerance_mm: float, work: Work) -> int | None:
+def advance(scene: Scene, tolerance_mm: float, work: WorkCounts) -> int | None:
     """First instant at which the gap is down to the tolerance [ps], None when it never is.
 
     For scenes whose first body stands, and whose second is moved by linear joints or by one rotary

@@ -32,7 +32,7 @@ def kernel_modules() -> list[str]:
 
 
 def test_there_are_kernels_to_compile() -> None:
-    assert {"gcodesim.collision.baseline.exhaustive", "gcodesim.collision.geometry.triangles"} <= {
+    assert {"gcodesim.collision.instants.touches", "gcodesim.collision.geometry.triangles"} <= {
         *kernel_modules()
     }
 

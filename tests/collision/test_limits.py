@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gcodesim.checking.flow import check_program
 from gcodesim.checking.options import Options
 from gcodesim.checking.verdict import CheckResult
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bodies.scene import build_scene
 from gcodesim.collision.bounds.departure import Departures, departures
 from gcodesim.collision.bounds.forest import build_forest
@@ -27,7 +27,6 @@ from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, Reach, first
 from gcodesim.collision.search.intervals import contact_intervals
 from gcodesim.collision.search.search import Searcher, Settings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES
-from gcodesim.constants import PAIR_BITS
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Servo
 from gcodesim.machine.spindle import bodies_in_place
@@ -175,6 +174,6 @@ def test_cutting_the_path_up_changes_nothing(seed: int) -> None:
         with cut_up(setup):
             assert first_reached(case.searcher, limits, 0, len(path), NO_CONTACT) == whole
     for pair, reach in whole.items():
-        before = (reach.time_ps // case.searcher.settings.period_ps - 1 << PAIR_BITS) + pair
+        before = contact_key(reach.time_ps // case.searcher.settings.period_ps - 1, pair)
         early = first_reached(case.searcher, limits, 0, len(path), max(before, 0))
         assert pair not in early

@@ -72,6 +72,14 @@ class Scene:
     arrays: SceneArrays
 
 
+def is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
+    """Whether both bodies are there, with at least one of the parts that count."""
+    return all(
+        name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)
+        for name, wanted in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
+    )
+
+
 def build_scene(
     pairs: tuple[Pair, ...],
     bodies: dict[str, Body],

@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key, sample_and_pair
 from gcodesim.collision.instants.contact import halfway
 from gcodesim.collision.instants.posed_pair import PosedPair, pose_pair
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES, MODE_MINIMUM
-from gcodesim.constants import PAIR_BITS, SLACK_MM
+from gcodesim.constants import SLACK_MM
 from gcodesim.motion.samples import sample_of
 
 STEPS, GROWTH, MOST_STEPS = 4, 4, 65_536
@@ -150,7 +150,8 @@ def _touching_step(
     found = _look(searcher, pair, times[within_pieces], MODE_AT_SAMPLES)
     if found.best == NO_CONTACT:
         return len(pieces)
-    first, end = np.searchsorted(samples, (found.best >> PAIR_BITS) + np.arange(2)).tolist()
+    touched, _ = sample_and_pair(found.best)
+    first, end = np.searchsorted(samples, touched + np.arange(2)).tolist()
 
     def touches_by(step: int) -> bool:
         until = _look(searcher, pair, times[first : step + 2], MODE_AT_SAMPLES)
@@ -240,9 +241,8 @@ def event_of(
     to a touch of their own, they are no event.
     """
     period = searcher.settings.period_ps
-    pairs = np.arange(len(outcome.near))
-    keys = (np.minimum(outcome.near, end_ps) // period + 1 << PAIR_BITS) + pairs
-    sample, touching = divmod(outcome.best, 1 << PAIR_BITS)
+    keys = contact_key(np.minimum(outcome.near, end_ps) // period + 1, np.arange(len(outcome.near)))
+    sample, touching = sample_and_pair(outcome.best)
     between = [
         contact_between(
             searcher,

@@ -9,13 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bounds.departure import Departures
 from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, first_reached, roots_reached
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_MINIMUM
-from gcodesim.constants import PAIR_BITS
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import sample_of
 
@@ -106,7 +105,7 @@ def _free_stretches(
         sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
         last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
         if first < end and contact.start_ps > path.bounds_ps[first]:
-            yield Stretch(first, min(last + 1, end), (sample << PAIR_BITS) + contact.pair, after)
+            yield Stretch(first, min(last + 1, end), contact_key(sample, contact.pair), after)
         first, after = back + 1, True
     if first < end:
         yield Stretch(first, end, NO_CONTACT, after)

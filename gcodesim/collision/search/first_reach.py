@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT
 from gcodesim.collision.bounds.departure import Departures
 from gcodesim.collision.search.approach import first_instant
 from gcodesim.collision.search.search import Outcome, Roots, Searcher

@@ -2,15 +2,14 @@
 
 import warp as wp
 
+from gcodesim.collision.bodies.keys import pack_contact
 from gcodesim.collision.bounds.chords import MotionArrays, Stretch, side_pose
 from gcodesim.collision.geometry.closest import ForestArrays
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, Pose, path_fraction_at
-from gcodesim.constants import PAIR_BITS
 
 wp.set_module_options(BIT_EQUAL)
 
-KEY_BITS = wp.constant(wp.int64(PAIR_BITS))
 INSIDE_PIECE = wp.constant(-1)
 BETWEEN_SAMPLES = wp.constant(-2)
 """Levels of an item that is a part of one piece, and of one between two samples."""
@@ -63,7 +62,7 @@ def sample_between(t0: wp.int64, t1: wp.int64, period: wp.int64):
 def sample_key(time_ps: wp.int64, period: wp.int64, pair: wp.int32):
     """Key of a contact: the sample a time counts for, ceil(time / period), then the pair."""
     sample = (time_ps + period - wp.int64(1)) / period
-    return (sample << KEY_BITS) + wp.int64(pair)
+    return pack_contact(sample, pair)
 
 
 @wp.func

@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, sample_and_pair
 from gcodesim.collision.bodies.scene import Scene
 from gcodesim.collision.bounds.chords import MotionArrays, pose_knots
 from gcodesim.collision.bounds.forest import Forest
@@ -33,7 +33,7 @@ from gcodesim.collision.search.search_kernel import (
     RootArrays,
     search_roots,
 )
-from gcodesim.constants import PAIR_BITS, SLACK_MM
+from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
 
@@ -82,7 +82,7 @@ class Outcome:
     """What a search found.
 
     Attributes:
-        best: lowest key (sample << PAIR_BITS | pair) in contact, NO_CONTACT when none.
+        best: lowest key (sample, pair) in contact, NO_CONTACT when none.
         near: per pair (or root) the start of the first sample step [ps] in which the distance
             falls to free_mm between samples; NO_CONTACT when none.
         distance: per pair (or root) the smallest distance [mm], inf when not asked for.
@@ -212,7 +212,7 @@ class Searcher:
             sample = int(self.path.bounds_ps[part.piece[0]]) // self.settings.period_ps
             with lock:
                 best, distance = outcome.best, outcome.distance
-            if best >> PAIR_BITS < sample:
+            if sample_and_pair(best)[0] < sample:
                 return
             found = self.settle(part, motion, best, distance)
             with lock:

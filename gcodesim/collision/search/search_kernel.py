@@ -10,6 +10,7 @@ the first contact is a minimum over (sample, pair), and items behind it are drop
 
 import warp as wp
 
+from gcodesim.collision.bodies.keys import NO_KEY
 from gcodesim.collision.bounds.chords import (
     MotionArrays,
     Stretch,
@@ -57,9 +58,6 @@ distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(5.0e-7))
 """The smallest distance is found to this [mm] at least; finer costs time with the square root."""
-
-NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
-"""Key behind all others."""
 
 RESULT_SIZE = 4
 BEST = wp.constant(0)
@@ -317,12 +315,12 @@ def touch_middle(
     """
     middle = half_of(item, True, view.middle_ps)
     if middle.piece >= motion.end:
-        return NO_TOUCH
+        return NO_KEY
     if item.level > 0:
         middle.start_ps = path.bounds_ps[middle.piece]
     if touch_at(path, pairs, forest, pair, middle, middle.start_ps):
         return sample_key(middle.start_ps, period, pair)
-    return NO_TOUCH
+    return NO_KEY
 
 
 @wp.func

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bounds.departure import Departures, departures
 from gcodesim.collision.bounds.forest import build_forest
 from gcodesim.collision.bounds.leave_out import (
@@ -19,6 +19,8 @@ from gcodesim.collision.bounds.leave_out import (
 )
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants.contact import touching_triangles
+from gcodesim.collision.instants.touches import first_touch
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.approach import Approach, first_event
 from gcodesim.collision.search.clearance import (
     Nearness,
@@ -32,7 +34,7 @@ from gcodesim.collision.search.first_reach import LEFT_OUT
 from gcodesim.collision.search.intervals import Interval, contact_intervals
 from gcodesim.collision.search.search import Searcher, Settings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
-from gcodesim.constants import CLEARANCE_SLACK_MM, PAIR_BITS, TOLERANCE_MM
+from gcodesim.constants import CLEARANCE_SLACK_MM, TOLERANCE_MM
 from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import standing
@@ -92,7 +94,7 @@ def search_span(
     place: Place,
     arrays: PathArrays,
     aims: Aims,
-    work: Work,
+    work: WorkCounts,
     progress: Callable[[float], None],
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
@@ -104,7 +106,7 @@ def search_span(
         path.piece_at(np.array([span.start_ps])),
         np.array([sample_of(span.start_ps, place.period_ps)]),
     )
-    hit = first_contact_exhaustive(place.scene, arrays, begin, work)
+    hit = first_touch(place.scene, arrays, begin, work)
     contact = None
     if hit:
         contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
@@ -121,7 +123,7 @@ def search_span(
     best = NO_CONTACT
     if contact is not None:
         pair = place.scene.pairs.index(contact.pair)
-        best = (contact.sample << PAIR_BITS) + pair
+        best = contact_key(contact.sample, pair)
     if aims.stop_all and contact is not None:
         findings.intervals = [
             (interval, place.interval(interval, searcher.arrays))
@@ -177,7 +179,7 @@ def _first_contact(
     place: Place,
     searcher: Searcher,
     pieces: tuple[int, int],
-    work: Work,
+    work: WorkCounts,
     findings: SpanFindings,
     progress: Callable[[float], None],
 ) -> Contact | None:

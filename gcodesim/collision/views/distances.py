@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds.forest import build_trees
-from gcodesim.collision.detector import is_present
 from gcodesim.collision.geometry.closest import ForestArrays
 from gcodesim.collision.geometry.poses import path_arrays
 from gcodesim.collision.instants.contact import common_point, nearest_points
