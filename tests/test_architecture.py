@@ -93,28 +93,16 @@ IN_CIRCLES: list[str] = [
     "gcodesim/nc/iso/words.py",
 ]
 CLASSES_TWICE: list[str] = [
-    "Box",
-    "Cut",
     "Frame",
     "Group",
     "Job",
     "Kinematics",
-    "LeftOut",
-    "Link",
-    "Motion",
-    "Nearest",
     "Placement",
     "Plan",
     "Row",
     "Run",
-    "Scene",
-    "Settings",
-    "Shape",
-    "Step",
-    "Stretch",
     "Task",
     "ToolEntry",
-    "View",
     "WorkOffset",
 ]
 MODULES_TWICE: list[str] = []

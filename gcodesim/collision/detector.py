@@ -17,7 +17,7 @@ from gcodesim.collision.baseline.exhaustive import (
 from gcodesim.collision.bodies import tree_kernel
 from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds import chords
-from gcodesim.collision.bounds.departure import Step, largest_step
+from gcodesim.collision.bounds.departure import SampleStep, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants import touches
@@ -25,7 +25,7 @@ from gcodesim.collision.instants.contact import touching_triangles
 from gcodesim.collision.instants.containment import find_containments
 from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import search_kernel
-from gcodesim.collision.search.events import Contact, Place
+from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, Pair
@@ -61,7 +61,7 @@ class Detection:
     contained: list[Contact] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
-    steps: list[tuple[Pair, Step]] = field(default_factory=list)
+    steps: list[tuple[Pair, SampleStep]] = field(default_factory=list)
     work: WorkCounts = field(default_factory=WorkCounts)
 
 
@@ -128,16 +128,18 @@ def detect(task: Task) -> Detection:
             continue
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
-        place = Place(task.machine, task.path, scene, span, task.period_ps, travels)
+        context = SpanContext(task.machine, task.path, scene, span, task.period_ps, travels)
         step = largest_step(scene, travels, task.path, _pieces(task.path, span), task.period_ps)
         if step:
             detection.steps.append((scene.pairs[step.pair], step))
         if task.method == "search":
-            contact, findings = search_span(place, arrays, task.aims, detection.work, task.progress)
+            contact, findings = search_span(
+                context, arrays, task.aims, detection.work, task.progress
+            )
             detection.findings.append(findings)
         else:
-            contact = _sample(task, place, arrays, detection)
-        inside = _contain(place, detection)
+            contact = _sample(task, context, arrays, detection)
+        inside = _contain(context, detection)
         detection.contained += inside if task.aims.stop_all else []
         found = [c for c in (*inside, contact, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
@@ -177,16 +179,18 @@ def _shapeless_number(machine: Machine, number: int | None) -> int | None:
     return None if stands_for_all else number
 
 
-def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
+def _sample(
+    task: Task, context: SpanContext, arrays: PathArrays, detection: Detection
+) -> Contact | None:
     """First contact within one span, looking at every sample and every block end."""
-    scene, span = place.scene, place.span
+    scene, span = context.scene, context.span
     test = _instant_test(task, scene, arrays, detection.work)
     hit = first_sampled_contact(task.path, span, task.period_ps, test, task.progress)
     if hit is None:
         return None
     # The instants that count for the sample: block ends before it, then the sample itself.
     instants = window(task.path, span, hit[0], 1, task.period_ps)
-    return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
+    return context.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
 
 
 def _instant_test(task: Task, scene: Scene, arrays: PathArrays, work: WorkCounts) -> InstantTest:
@@ -211,12 +215,12 @@ def _travelled(task: Task) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _contain(place: Place, detection: Detection) -> list[Contact]:
+def _contain(context: SpanContext, detection: Detection) -> list[Contact]:
     """Bodies inside another at the start of a span: contacts that surfaces do not show."""
-    q = place.path.positions(np.array([place.span.start_ps]))[0]
-    world = world_from_link(place.machine, q)
-    scene = place.scene
+    q = context.path.positions(np.array([context.span.start_ps]))[0]
+    world = world_from_link(context.machine, q)
+    scene = context.scene
     relative = [np.linalg.inv(world[a]) @ world[b] for a, b in scene.links]
     found = find_containments(scene, relative)
     detection.undecided += [(scene.pairs[c.pair], c.outer) for c in found if not c.decided]
-    return [place.containment(c) for c in found if c.decided]
+    return [context.containment(c) for c in found if c.decided]

@@ -37,7 +37,14 @@ from gcodesim.constants import TCP_DEVIATION_MM
 from gcodesim.machine.model import Machine
 from gcodesim.machine.orientation import POLE
 from gcodesim.machine.tool_centre import ToolCentre
-from gcodesim.motion.tool_path import Array, Cut, Stretch, TipMoves, curvature, cut_evenly
+from gcodesim.motion.tool_path import (
+    Array,
+    MoveStretches,
+    TipMoves,
+    TipPieces,
+    curvature,
+    cut_evenly,
+)
 
 POLE_STEP = 1.0e-7
 """A piece that turns the tool axis by less than this [rad] is not cut any further: 3e-5 mm at a
@@ -125,7 +132,7 @@ def circles_of(tips: TipMoves, centre: ToolCentre) -> tuple[NDArray[np.intp], Ci
     return which[kept], circles
 
 
-def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
+def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> TipPieces:
     """Cut all moves: evenly where the rotary joints run linearly, else along the great circle.
 
     A circle that the joints cannot follow without a jump away from a pole is run as if linear.
@@ -147,14 +154,14 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
     knots[len(even.move) + round_cut.inner] = round_cut.knots
     order = np.argsort(moves, kind="stable")
     share = np.concatenate([even.share, round_cut.share])[order]
-    cut = Cut(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
+    cut = TipPieces(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
     free = next(step.column for step in centre.chain if step.joint.rotary)
     bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_DEG)
     left = np.setdiff1d(np.flatnonzero(bent), round_cut.move)
     return replace(cut, knots=cut.knots[cut.inner], straightened=tuple(left.tolist()))
 
 
-def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
+def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> TipPieces:
     """Cut the circles that the joints can follow; `which` are their numbers among all moves."""
     halves = halved(circles, reach)
     # Positions of a move: where it starts, where its circle does, the ends of its pieces, where it
@@ -196,7 +203,7 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
 
 def _with_spots(
     circles: Circles, owner: NDArray[np.intp], s: Array, points: Array, free: NDArray[np.bool_]
-) -> Cut:
+) -> TipPieces:
     """Pieces between positions of moves; those that end `free` are cut so that the tip holds."""
     after = np.flatnonzero(np.diff(owner, prepend=-1) == 0)
     spots = after[free[after]]
@@ -211,7 +218,7 @@ def _with_spots(
     within = np.flatnonzero(np.diff(piece, prepend=-1) == 0)
     knots[within] = held.knots
     share = (s[after] - s[after - 1])[piece] / count[piece]
-    cut = Cut(owner[after[piece]], share, knots, held.deviation)
+    cut = TipPieces(owner[after[piece]], share, knots, held.deviation)
     return replace(cut, knots=knots[cut.inner])
 
 
@@ -314,7 +321,7 @@ def _bend(
         positions = circles.tips.at(move[known], (start + 0.5 * length)[known])
         joints = [step.column for step in circles.centre.chain if step.joint.rotary]
         positions[:, joints] = circles.joints(move[known], (start + 0.5 * length)[known])
-        stretch = Stretch(positions, 0.5 * length[known])
+        stretch = MoveStretches(positions, 0.5 * length[known])
     tips = circles.tips.taken(move[known])
     found[known] = curvature(tips, circles.centre, rates, bends, stretch)
     found[known] += bends[:, columns] @ reach

@@ -15,7 +15,7 @@ from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.poses import path_arrays
 from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.approach import Approach, distances_at, first_event
-from gcodesim.collision.search.search import Outcome, Roots, Searcher, Settings
+from gcodesim.collision.search.search import Outcome, Roots, Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.errors import UsageError
@@ -77,7 +77,7 @@ class Job:
         arrays = path_arrays(self.path, scene.device)
         mode = MODE_AT_ALL_TIMES if between else MODE_AT_SAMPLES
         free = (TOLERANCE_MM if between else 0.0,) * len(scene.pairs)
-        settings = Settings(self.period_ps, mode, free, threads)
+        settings = SearchSettings(self.period_ps, mode, free, threads)
         joints = self.machine.joints
         return Searcher(scene, self.forest(scene), self.path, arrays, joints, settings)
 

@@ -15,7 +15,7 @@ from gcodesim.collision.bodies.keys import NO_CONTACT
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.instants.touches import first_touch
 from gcodesim.collision.instants.work import WorkCounts
-from gcodesim.collision.search.search import Settings
+from gcodesim.collision.search.search import SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import world_from_link
@@ -23,7 +23,7 @@ from gcodesim.motion.samples import Instants, Span, window, windows
 from gcodesim.study.advancing import advance
 from gcodesim.study.job import Job, search_job
 from gcodesim.study.kernels.textbook import first_naive_contact
-from gcodesim.study.scenes import Scene
+from gcodesim.study.scenes import KnownScene
 
 RESOLUTION_PS = 1
 """The search between samples tells the first near instant to this [ps]."""
@@ -54,7 +54,7 @@ class Subject:
         prepared: what the paper's method lays out beforehand.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: KnownScene) -> None:
         self.scene = scene
         job = Job(scene.machine, scene.path, None, DEFAULT_PERIOD_PS)
         self.searcher = job.searcher(job.scene("cpu"), threads=1, between=False)
@@ -117,7 +117,7 @@ def _look_naively(
 
 def search_samples(subject: Subject, period_ps: float) -> Found:
     """The search, asked for samples only."""
-    settings = Settings(round(period_ps), MODE_AT_SAMPLES, (0.0,), 1)
+    settings = SearchSettings(round(period_ps), MODE_AT_SAMPLES, (0.0,), 1)
     answer = search_job(replace(subject.searcher, settings=settings))
     work = WorkCounts()
     work.add(answer.items, answer.triangle_tests)
@@ -127,7 +127,7 @@ def search_samples(subject: Subject, period_ps: float) -> Found:
 
 def search_between(subject: Subject, tolerance_mm: float) -> Found:
     """The search, asked for the first instant at which the distance falls to the tolerance."""
-    settings = Settings(RESOLUTION_PS, MODE_APPROACH, (tolerance_mm,), 1)
+    settings = SearchSettings(RESOLUTION_PS, MODE_APPROACH, (tolerance_mm,), 1)
     searcher = replace(subject.searcher, settings=settings)
     outcome = searcher.search_pieces(0, len(subject.scene.path))
     work, near = WorkCounts(), int(outcome.near[0])

@@ -16,7 +16,7 @@ from gcodesim.motion.path import ToolChange
 from gcodesim.study.scenes import (
     BED_MOVER,
     Array,
-    Scene,
+    KnownScene,
     arc_grazes_face,
     blade_through_sheet,
     box,
@@ -31,7 +31,7 @@ PHASES = 20
 PERIOD_PS = DEFAULT_PERIOD_PS
 
 
-def trial(scene: Scene) -> Trial:
+def trial(scene: KnownScene) -> Trial:
     return Trial(0, scene.machine, scene.path, PERIOD_PS)
 
 

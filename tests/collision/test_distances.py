@@ -19,7 +19,7 @@ from gcodesim.collision.views.distances import (
     nearest_moment,
 )
 from gcodesim.motion.path import ToolChange
-from gcodesim.study.scenes import SCENES, Array, Scene, arc_grazes_face, exact_clearance, path
+from gcodesim.study.scenes import SCENES, Array, KnownScene, arc_grazes_face, exact_clearance, path
 
 NONE = np.zeros(0, np.int64)
 
@@ -32,7 +32,7 @@ def spans(found: Distances) -> Array:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_distances_are_those_of_exact_arithmetic(name: str, device: str) -> None:
-    scene: Scene = SCENES[name]()
+    scene: KnownScene = SCENES[name]()
     told = [] if scene.contact_s is None else [round(scene.contact_s * 1e12) + 1]
     found = distances(scene.machine, scene.path, device, np.array(told, np.int64))
     assert set(told) <= set(found.time_ps.tolist())

@@ -20,7 +20,7 @@ from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
 from gcodesim.study.exact import label
 from gcodesim.study.families import generate
-from gcodesim.study.scenes import BED_MOVER, Array, Scene, box, joint, machine, path
+from gcodesim.study.scenes import BED_MOVER, Array, KnownScene, box, joint, machine, path
 
 PERIOD_PS = 1_000_000_000
 SEEDS = range(24)
@@ -86,7 +86,7 @@ def as_answer(m: Machine, contact: Contact | None) -> Answer | None:
     return contact.sample, pair, (numbers[0], numbers[1]), contact.time_ps
 
 
-def scenes() -> list[Scene]:
+def scenes() -> list[KnownScene]:
     return [random_scene(np.random.default_rng(seed)) for seed in SEEDS]
 
 

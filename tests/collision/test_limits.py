@@ -25,7 +25,7 @@ from gcodesim.collision.search.approach import distances_at, nearest_at
 from gcodesim.collision.search.clearance import every_place
 from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, Reach, first_reached
 from gcodesim.collision.search.intervals import contact_intervals
-from gcodesim.collision.search.search import Searcher, Settings
+from gcodesim.collision.search.search import Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Servo
@@ -71,7 +71,7 @@ def random_case(seed: int) -> Case:
         lag_over_time(path, m),
     )
     free = (0.0,) * len(m.pairs)
-    settings = Settings(trial.period_ps, MODE_AT_ALL_TIMES, free, 2)
+    settings = SearchSettings(trial.period_ps, MODE_AT_ALL_TIMES, free, 2)
     forest = build_forest(scene, joints)
     searcher = Searcher(scene, forest, path, path_arrays(path, "cpu"), joints, settings)
     clearances = rng.choice([LEFT_OUT, 0.0, 1.0, 10.0], len(m.pairs), p=[0.1, 0.5, 0.2, 0.2])

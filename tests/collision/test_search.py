@@ -26,7 +26,7 @@ from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.model import Machine
 from gcodesim.study.scenes import (
     SAMPLED,
-    Scene,
+    KnownScene,
     arc_grazes_face,
     blade_through_sheet,
     box,
@@ -53,7 +53,7 @@ MARGINS = {0: 1e-6, 4: -1e-6, 20: 1e-3, 22: -1e-3, 30: 0.3, 35: 1e-2, 40: -1e-2,
 """Seed -> depth of the grazing contact [mm], negative = clearance of the near miss."""
 
 
-def trial(scene: Scene, period_ps: int = DEFAULT_PERIOD_PS) -> Trial:
+def trial(scene: KnownScene, period_ps: int = DEFAULT_PERIOD_PS) -> Trial:
     return Trial(0, scene.machine, scene.path, period_ps)
 
 

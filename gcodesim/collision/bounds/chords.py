@@ -18,7 +18,7 @@ ROUNDED_UP = wp.constant(wp.float64(1.0 + 1.0e-12))
 
 @wp.struct
 class MotionArrays:
-    """Dyadic runs of pieces and the poses at their ends; see bounds.Motion.
+    """Dyadic runs of pieces and the poses at their ends; see motion_bounds.MotionTables.
 
     Row of level l, run i: level_first[l] + i. Pieces count from `first`.
     """

@@ -25,7 +25,7 @@ from gcodesim.motion.speeds import piece_speeds
 
 
 @dataclass(frozen=True)
-class Step:
+class SampleStep:
     """How far a vertex of one body moves against its partner from one sample to the next.
 
     Attributes:
@@ -103,14 +103,14 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departu
 
 def largest_step(
     scene: Scene, joints: tuple[Joint, ...], path: Path, pieces: slice, period_ps: int
-) -> Step | None:
+) -> SampleStep | None:
     """The largest step from sample to sample of any pair on some pieces; None without motion."""
     speeds = piece_speeds(path, pieces)
     if not len(speeds) or not scene.pairs:
         return None
     steps = speeds @ joint_levers(scene, joints).T * (period_ps / PS_PER_S)
     piece, pair = np.unravel_index(int(np.argmax(steps)), steps.shape)
-    return Step(float(steps[piece, pair]), int(pair), (pieces.start or 0) + int(piece))
+    return SampleStep(float(steps[piece, pair]), int(pair), (pieces.start or 0) + int(piece))
 
 
 def joint_levers(scene: Scene, joints: tuple[Joint, ...]) -> np.ndarray:

@@ -15,7 +15,7 @@ from gcodesim.collision.bodies.keys import NO_CONTACT, pack_contact, sample_and_
 from gcodesim.collision.bodies.regions import REGION_SIZE
 from gcodesim.collision.bodies.scene import Scene, SceneArrays
 from gcodesim.collision.geometry.boxes import (
-    Box,
+    AlignedBox,
     aabbs_overlap,
     abs_rotation,
     inverse,
@@ -58,14 +58,14 @@ class RegionResult:
 
 @wp.func
 def regions_touch(
-    scene: SceneArrays, box_a: Box, a: wp.int32, b: wp.int32, posed: wp.array[wp.mat33d]
+    scene: SceneArrays, box_a: AlignedBox, a: wp.int32, b: wp.int32, posed: wp.array[wp.mat33d]
 ):
     """Interchange region a with region b (posed in `posed`), then test what is left."""
     result = RegionResult()
     b_count = scene.region_first[b + 1] - scene.region_first[b]
     result.box_tests = wp.int64(b_count)
     kept = wp.int32(0)
-    reach = Box()
+    reach = AlignedBox()
     for j in range(b_count):
         box = triangle_box(posed[j])
         if aabbs_overlap(box, box_a.low, box_a.high) and not plane_clears_box(posed[j], box_a):
@@ -115,7 +115,7 @@ def bodies_touch(scene: SceneArrays, pair: wp.int32, pose: Pose):
             continue
         ready = wp.bool(False)
         for a in range(of_a[0], of_a[1]):
-            box_a = Box()
+            box_a = AlignedBox()
             box_a.low = scene.region_low[a]
             box_a.high = scene.region_high[a]
             total.box_tests += wp.int64(1)

@@ -35,7 +35,7 @@ HALVINGS = 27
 
 
 @dataclass(frozen=True)
-class Nearest:
+class InstantDistance:
     """The smallest distance of a pair at one instant.
 
     Attributes:
@@ -63,7 +63,7 @@ class Approach:
 
     start_ps: int
     end_ps: int
-    nearest: Nearest
+    nearest: InstantDistance
 
 
 def distances_at(searcher: Searcher, pair: int, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -78,11 +78,11 @@ def distances_at(searcher: Searcher, pair: int, times_ps: NDArray[np.int64]) -> 
     return replace(searcher, settings=settings).search_stretches(roots, pair).distance
 
 
-def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
+def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> InstantDistance:
     """Smallest distance of a pair at one instant, and where."""
     posed, (distance, i, j) = _nearest_rows(searcher, pair, time_ps)
     point = halfway(*posed.triangles(i, j))
-    return Nearest(time_ps, pair, distance, posed.numbers(i, j), point)
+    return InstantDistance(time_ps, pair, distance, posed.numbers(i, j), point)
 
 
 def _nearest_rows(
@@ -193,7 +193,7 @@ def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> 
     return end_ps
 
 
-def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Nearest:
+def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> InstantDistance:
     """The smallest distance within a near stretch: a coarse scan, then golden section."""
     seen: dict[int, float] = {}
 

@@ -86,7 +86,7 @@ def every_place(
     return sorted(found, key=lambda near: (near.time_ps, near.pair))
 
 
-class Stretch(NamedTuple):
+class FreeSpan(NamedTuple):
     """Pieces first..end up to the key `best`; `after` a contact, or from where they may start."""
 
     first: int
@@ -97,7 +97,7 @@ class Stretch(NamedTuple):
 
 def _free_stretches(
     searcher: Searcher, pieces: tuple[int, int], contacts: Sequence[Interval]
-) -> Iterator[Stretch]:
+) -> Iterator[FreeSpan]:
     """Yield the stretches between the contacts of one pair."""
     path, (first, end), after = searcher.path, pieces, False
     for contact in contacts:
@@ -105,14 +105,14 @@ def _free_stretches(
         sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
         last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
         if first < end and contact.start_ps > path.bounds_ps[first]:
-            yield Stretch(first, min(last + 1, end), contact_key(sample, contact.pair), after)
+            yield FreeSpan(first, min(last + 1, end), contact_key(sample, contact.pair), after)
         first, after = back + 1, True
     if first < end:
-        yield Stretch(first, end, NO_CONTACT, after)
+        yield FreeSpan(first, end, NO_CONTACT, after)
 
 
 def _places(
-    searcher: Searcher, limits: Limits, pair: int, stretch: Stretch
+    searcher: Searcher, limits: Limits, pair: int, stretch: FreeSpan
 ) -> Iterator[tuple[int, int]]:
     """Yield the places of a pair in a stretch, without the one on its way out of a contact."""
     bounds, best = searcher.path.bounds_ps, stretch.best

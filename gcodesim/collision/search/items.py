@@ -28,7 +28,7 @@ class Item:
 
 
 @wp.struct
-class View:
+class ItemView:
     """An item's stretch with its halves, and the poses of both sides at start, middle and end.
 
     `cut` is the sample at which the stretch would be cut, start_ps when there is none inside.
@@ -68,7 +68,7 @@ def sample_key(time_ps: wp.int64, period: wp.int64, pair: wp.int32):
 @wp.func
 def view_run(motion: MotionArrays, pair: wp.int32, item: Item):
     """The view of a run of pieces: poses from the table of knots."""
-    view = View()
+    view = ItemView()
     knot = item.piece - motion.first
     half = 1 << (item.level - 1)
     view.whole.piece = item.piece
@@ -97,7 +97,7 @@ def view_part(
     period: wp.int64,
 ):
     """The view of a part of one piece; its middle is a sample where one lies inside."""
-    view = View()
+    view = ItemView()
     piece = item.piece
     t0 = item.start_ps
     t1 = item.end_ps

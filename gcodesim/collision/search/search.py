@@ -56,7 +56,7 @@ BATCH = 1024
 
 
 @dataclass(frozen=True)
-class Settings:
+class SearchSettings:
     """How a search proves.
 
     Attributes:
@@ -179,7 +179,7 @@ class Searcher:
     path: Path
     arrays: PathArrays
     joints: tuple[Joint, ...]
-    settings: Settings
+    settings: SearchSettings
     undecided: list[Roots] = field(default_factory=list)
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:

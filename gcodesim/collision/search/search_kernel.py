@@ -32,7 +32,7 @@ from gcodesim.collision.search.items import (
     BETWEEN_SAMPLES,
     INSIDE_PIECE,
     Item,
-    View,
+    ItemView,
     child_of,
     half_of,
     sample_between,
@@ -144,7 +144,7 @@ def side_gap(forest: ForestArrays, a: wp.int32, b: wp.int32, of_a: Pose, of_b: P
 
 
 @wp.func
-def aim_item(forest: ForestArrays, item: Item, view: View, wanted: wp.float64):
+def aim_item(forest: ForestArrays, item: Item, view: ItemView, wanted: wp.float64):
     """A direction for an item's middle; two leaves with less than `wanted` get their nearest."""
     aim = Aim()
     pose = relative(view.a_middle, view.b_middle)
@@ -204,7 +204,7 @@ def prove(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     free: wp.float64,
 ):
     """Aim at an item and try to prove its whole stretch free."""
@@ -230,7 +230,7 @@ def push_halves(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     proof: Proof,
     free: wp.float64,
     stack: wp.array[Item],
@@ -279,7 +279,7 @@ def clipped(
 
 
 @wp.func
-def centre_gap(forest: ForestArrays, item: Item, view: View):
+def centre_gap(forest: ForestArrays, item: Item, view: ItemView):
     """Distance of the centres of two nodes in the middle, less their sizes [mm]."""
     at_a = view.a_middle.R * forest.centre[item.a] + view.a_middle.t
     at_b = view.b_middle.R * forest.centre[item.b] + view.b_middle.t
@@ -288,7 +288,7 @@ def centre_gap(forest: ForestArrays, item: Item, view: View):
 
 @wp.func
 def push_children(
-    forest: ForestArrays, item: Item, view: View, stack: wp.array[Item], top: wp.int32
+    forest: ForestArrays, item: Item, view: ItemView, stack: wp.array[Item], top: wp.int32
 ):
     """Push the two halves in space, the nearer on top: a contact found early drops the rest."""
     first = centre_gap(forest, child_of(forest, item, False), view)
@@ -306,7 +306,7 @@ def touch_middle(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     period: wp.int64,
 ):
     """Key of a touch of two leaves at the sample or block end in the middle of a long stretch.

@@ -37,7 +37,7 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True)
-class Link:
+class NearestPoints:
     """The nearest points of a pair at a frame, of a and of b, world coordinates (2, 3) [mm]."""
 
     frame: int
@@ -58,11 +58,11 @@ class Distances:
 
     time_ps: Times
     distance: Floats
-    links: tuple[Link, ...]
+    links: tuple[NearestPoints, ...]
 
 
 @dataclass(frozen=True)
-class Nearest:
+class Separation:
     """A pair where it is nearest: its distance [mm], 0 where it touches, and its nearest points."""
 
     time_ps: int
@@ -102,14 +102,14 @@ class Look:
     rigs: list[Rig | None]
     steps: int = 0
 
-    def links(self) -> Iterator[Link]:
+    def links(self) -> Iterator[NearestPoints]:
         """Yield the links of Distances."""
         known = np.where(np.isnan(self.distance), np.inf, self.distance)
         nearest, when = known.argmin(axis=1), known.argmin(axis=0)
         for frame, own in enumerate(nearest.tolist()):
             for pair in sorted({own, *np.flatnonzero(when == frame).tolist()}):
                 if known[frame, pair] < np.inf:
-                    yield Link(frame, pair, self.points(frame, pair))
+                    yield NearestPoints(frame, pair, self.points(frame, pair))
 
     def points(self, frame: int, pair: int) -> Floats:
         """Nearest points of a and b, world coordinates (2, 3) [mm]; twice the same of a touch."""
@@ -189,7 +189,7 @@ def distances(machine: Machine, path: Path, device: str, told_ps: Times) -> Dist
 
 def nearest_moment(
     machine: Machine, path: Path, device: str, pair: tuple[str, str], begin_ps: int
-) -> Nearest:
+) -> Separation:
     """The nearest that a pair is found to come at or after a time at which it is there.
 
     Looked for at equal steps of time, and again between the neighbours of the nearest: what is told
@@ -203,7 +203,7 @@ def nearest_moment(
         look = watch.look(times)
         best = int(np.nanargmin(look.distance[:, 0]))
         low, high = times[[max(best - 1, 0), min(best + 1, len(times) - 1)]].tolist()
-    return Nearest(int(times[best]), float(look.distance[best, 0]), look.points(best, 0))
+    return Separation(int(times[best]), float(look.distance[best, 0]), look.points(best, 0))
 
 
 def _equal_steps(low_ps: int, high_ps: int, count: int) -> Times:
