@@ -174,7 +174,7 @@ def _spans_by_body(task: Task) -> list[Span]:
 
 
 def _shapeless_number(machine: Machine, number: int | None) -> int | None:
-    """Number that tells tools without a table entry apart; None = the mounted tool stands in."""
+    """A number for a tool without a table entry; None = the mounted tool is used for all."""
     stands_for_all = machine.tool is not None and machine.tool.for_all
     return None if stands_for_all else number
 

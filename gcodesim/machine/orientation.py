@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import LINEAR_LIMIT_SLACK_MM
+from gcodesim.constants import TRAVEL_SLACK
 from gcodesim.errors import OrientationError
 from gcodesim.machine.kinematics import cross_matrix, turned
 from gcodesim.machine.model import Joint
@@ -173,7 +173,7 @@ class RotaryAxes:
 
     def _nearest(self, degrees: Array, previous: Array) -> Array:
         """Positions plus whole turns, nearest to the previous within the travel, or NaN; (k,)."""
-        slack = LINEAR_LIMIT_SLACK_MM
+        slack = TRAVEL_SLACK
         lower = np.array([joint.lower for joint in self.joints])
         upper = np.array([joint.upper for joint in self.joints])
         low = np.ceil((lower - slack - degrees) / 360.0)

@@ -189,7 +189,7 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> TipP
         at_pole = poles(circles.directions(owner[there], s[there])) < POLE
         fits &= ~spot.any(axis=1) | (at_pole & ~spot[:, 1])
         kept[here] = spot.any(axis=1)
-    # The end of the circle stands for the end of the move where both are the same.
+    # The end of the circle is used for the end of the move where both are the same.
     free[final] = np.where(kept[final - 1], True, free[final - 1])
     has_free = np.bincount(owner, free & kept & (s > 0.0), minlength=len(which)) > 0.0
     fits &= ~has_free | (circles.tips.arc < 0)
@@ -336,7 +336,7 @@ def levers(machine: Machine, centre: ToolCentre) -> Array:
 def _lever(machine: Machine, link: str, point: Array) -> float:
     """How far what a link carries may be from a point that stands still on it [mm].
 
-    Joints behind it turn about their own points, slides add their travel.
+    Joints beyond it turn about their own points, slides add their travel.
     """
     parts = [part for body in machine.bodies.values() if body.link == link for part in body.parts]
     vertices = [part.triangles.reshape(-1, 3) - point for part in parts]

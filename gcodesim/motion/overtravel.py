@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import LINEAR_LIMIT_SLACK_MM, PS_PER_S
+from gcodesim.constants import PS_PER_S, TRAVEL_SLACK
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path, path_fraction
@@ -33,7 +33,7 @@ def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
     """One finding per joint and excursion (GC301 linear, GC302 rotary), in the order of time.
 
     An excursion is a run of consecutive pieces that exceed the same limit; its time is the first
-    crossing, its value the farthest position. The tolerance is LINEAR_LIMIT_SLACK_MM.
+    crossing, its value the farthest position. The tolerance is TRAVEL_SLACK.
     """
     found = []
     for column, joint in enumerate(joints):
@@ -44,7 +44,7 @@ def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
             (high - joint.upper, joint.upper, 1.0),
             (joint.lower - low, joint.lower, -1.0),
         ):
-            for run in _runs(beyond > LINEAR_LIMIT_SLACK_MM):
+            for run in _runs(beyond > TRAVEL_SLACK):
                 worst = run[np.argmax(beyond[run])]
                 value = limit + sign * float(beyond[worst])
                 found.append(_finding(path, joint, column, run, limit, sign, value))
@@ -168,7 +168,7 @@ def _crossing_ps(path: Path, column: int, piece: int, limit: float, sign: float)
 
     def is_beyond(s: NDArray[np.float64]) -> NDArray[np.bool_]:
         position = path.positions_on(np.full(len(s), piece), s)[:, column]
-        return np.asarray(sign * (position - limit) > LINEAR_LIMIT_SLACK_MM)
+        return np.asarray(sign * (position - limit) > TRAVEL_SLACK)
 
     ordered = np.unique(np.concatenate(fractions))
     beyond = is_beyond(ordered)

@@ -44,7 +44,7 @@ Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]
 
 ARC_MM = 1e-7
-"""How far the cubics that stand for an arc may leave it [mm]: the response leaves its own by no
+"""How far the cubics in place of an arc may leave it [mm]: the response leaves its own by no
 more than that times the overshoot of the drive. Smaller only costs time."""
 
 TAYLOR_TERMS = 13
@@ -94,7 +94,7 @@ def lagged_positions(path: Path, machine: Machine, times: NDArray[np.int64]) -> 
 
 @dataclass(frozen=True)
 class Command:
-    """What one joint is told: n cubics one after the other, at rest before and after.
+    """What one joint is commanded: n cubics one after the other, at rest before and after.
 
     Attributes:
         bounds_ps: their ends [ps], shape (n + 1,), ascending.

@@ -310,7 +310,7 @@ class Bounded:
 def _turned_bend(
     steps: Sequence[Step], point: Bounded, rates: Array, bends: Array
 ) -> tuple[Array, Array]:
-    """Bounds on two derivatives of a point behind rotary joints, the innermost first."""
+    """Bounds on two derivatives of a point carried by rotary joints, the innermost first."""
     first, second = point.first, point.second
     for number, step in enumerate(steps):
         if number == 0:

@@ -56,7 +56,7 @@ def test_body_outside_is_free(at: tuple[float, float]) -> None:
     assert not found.undecided
 
 
-def test_surfaces_that_meet_are_told_as_touching_triangles() -> None:
+def test_surfaces_that_meet_are_reported_as_touching_triangles() -> None:
     contact = run(resting({"inner": box([4, 4, 4]), "outer": HALL}, (49.0, 0.0))).contact
     assert contact is not None
     assert contact.triangles is not None

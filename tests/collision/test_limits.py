@@ -1,4 +1,4 @@
-"""Limits over time: never reached unsaid, never said too early, and however the path is cut."""
+"""Limits over time: none is missed, none is reported too early, however the path is cut."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def limit_at(case: Case, pair: int, times: NDArray[np.int64]) -> NDArray[np.floa
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_the_first_time_at_a_limit_is_neither_missed_nor_said_too_early(seed: int) -> None:
+def test_the_first_time_at_a_limit_is_neither_missed_nor_reported_too_early(seed: int) -> None:
     case = random_case(seed)
     searcher, path = case.searcher, case.searcher.path
     limits = Limits(case.clearances, case.departures)
@@ -122,7 +122,7 @@ def started(path: MotionPath, time_ps: int) -> int:
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_every_place_that_is_too_near_is_told_once(seed: int) -> None:
+def test_every_place_that_is_too_near_is_reported_once(seed: int) -> None:
     case = random_case(seed)
     searcher, path = case.searcher, case.searcher.path
     contacts = contact_intervals(searcher, Span(0, path.duration_ps, None, 0))
@@ -130,15 +130,15 @@ def test_every_place_that_is_too_near_is_told_once(seed: int) -> None:
     places = every_place(searcher, case.clearances, case.departures, stretch, contacts)
     times = np.unique(np.random.default_rng([33, seed]).integers(1, path.duration_ps, INSTANTS))
     for pair, asked in enumerate(case.clearances):
-        # A touch that is not excluded is told in place of a clearance that is lost before.
-        told = [(started(path, p.time_ps), p.end_ps) for p in places if p.pair == pair]
-        assert asked >= 0.0 or not told
-        assert all(end <= later for (_, end), (later, _) in pairwise(told))
+        # A touch that is not excluded is reported in place of a clearance that is lost before.
+        stretches = [(started(path, p.time_ps), p.end_ps) for p in places if p.pair == pair]
+        assert asked >= 0.0 or not stretches
+        assert all(end <= later for (_, end), (later, _) in pairwise(stretches))
         touching = [(c.start_ps, c.end_ps) for c in contacts if c.pair == pair]
         if asked < 0.0 or touching:
             continue
         reached = distances_at(searcher, pair, times) <= limit_at(case, pair, times) - GOOD_TO
-        assert all(any(a <= t <= b for a, b in told) for t in times[reached].tolist())
+        assert all(any(a <= t <= b for a, b in stretches) for t in times[reached].tolist())
 
 
 def test_two_places_of_one_pair(tmp_path: Path) -> None:

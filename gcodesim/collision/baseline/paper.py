@@ -52,7 +52,7 @@ class PaperPair:
 
 
 @wp.kernel
-def pose_triangles(
+def pose_at_instants(
     path: PathArrays,
     chains: ChainArrays,
     pair: wp.int32,
@@ -228,7 +228,7 @@ def detect_pair(
     flags = wp.zeros(count, dtype=wp.int32, device=device)
     tests = wp.zeros(1, dtype=wp.int64, device=device)
     wp.launch(
-        pose_triangles,
+        pose_at_instants,
         dim=(count, m),
         inputs=[path, scene.chains, pair.pair, instants, pair.triangles_b],
         outputs=[posed],

@@ -13,17 +13,19 @@ import warp as wp
 from numpy.typing import NDArray
 
 from gcodesim.collision.geometry.device import BIT_EQUAL
-from gcodesim.constants import PAIR_BITS
 
 wp.set_module_options(BIT_EQUAL)
 
 Number = TypeVar("Number", int, NDArray[np.int64])
 
+PAIR_BITS = 16
+"""Bits of the pair in a contact key: they allow 65,536 pairs and 1.4e14 samples."""
+
 NO_CONTACT = 2**63 - 1
 """Larger than every key."""
 
 NUMBER_BITS = 32
-"""Bits of the triangle number in b."""
+"""Bits of the number in b in a triangle key."""
 
 NO_KEY = wp.constant(wp.int64(NO_CONTACT))
 PAIR_SHIFT = wp.constant(wp.int64(PAIR_BITS))

@@ -1,7 +1,7 @@
 """Departure: how far a pair may stand from where the path has it, and from sample to sample.
 
 Three things keep a machine off the path that is checked: a control that rounds corners within a
-stated tolerance, drives that lag behind, and pieces that stand for a move under tool centre point
+stated tolerance, drives that lag, and straight pieces in place of a move under tool centre point
 control. Each is bounded before the search, which then proves that much more distance: the lag of
 the drives by what it can be at that time, the others by their largest value.
 """
@@ -78,7 +78,7 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departu
 
     A joint that is off by e moves a point of the body it carries by at most e, or by e times its
     distance from the axis when it turns; what the joints between two bodies do adds up. (The
-    deviation bound of bounds.py, for a deviation that lasts.)
+    deviation bound of motion_bounds.py, for a deviation that lasts.)
 
     Args:
         scene: the pairs.

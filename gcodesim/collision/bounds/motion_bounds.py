@@ -54,7 +54,7 @@ class MotionTables:
 
 
 def common_frame(joints: tuple[Joint, ...], a: str, b: str) -> str:
-    """The link on the way from a to b in whose frame the bound is tightest.
+    """The link on the chain from a to b in whose frame the bound is tightest.
 
     Curvature comes from rotary joints that carry others; the best frame has the fewest linear
     joints, then the fewest rotary ones, beyond a rotary joint.

@@ -1,4 +1,4 @@
-"""Near misses between samples: the way into a contact, or a contact of their own.
+"""Near misses between samples: what leads into a contact, or a contact of its own.
 
 The search marks the first sample step in which two bodies come within the tolerance and no sample
 touches. From there this module walks on, step by step. A touch at the end of the same near stretch

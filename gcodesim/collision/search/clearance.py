@@ -1,4 +1,4 @@
-"""Clearances: where a pair comes nearer than it may, and how near each pair ever comes."""
+"""Clearances: where a pair comes closer than its clearance, and how close each pair ever comes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ FOUND_AGAIN_MM = 1.0e-6
 
 @dataclass(frozen=True)
 class Nearness:
-    """A pair at its nearest, or where it first comes nearer than it may.
+    """A pair at its closest, or where it first comes closer than its limit.
 
     Attributes:
         pair: index in the scene.
@@ -40,7 +40,7 @@ class Nearness:
             on time, of the rest of the block.
         time_ps: when the pair first comes to `limit`.
         limit: distance asked for then, or the smallest distance itself [mm].
-        departure: how much of the limit stands for a machine that leaves the path [mm].
+        departure: how much of the limit allows for a machine that leaves the path [mm].
         touch: the departure alone is as large as the distance.
         end_ps: end of the stretch searched.
     """
@@ -157,7 +157,7 @@ def too_near(
         departures: how far the pairs may be off the path.
         first: first piece.
         end: end of the pieces.
-        best: key of the first contact; what lies behind it does not count.
+        best: key of the first contact; later times do not count.
     """
     off = departures.largest.tolist()
     looked_at = [c >= 0.0 and c + d > 0.0 for c, d in zip(clearances, off, strict=True)]

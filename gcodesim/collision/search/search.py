@@ -1,10 +1,10 @@
 """The search over a path: windows of pieces times pairs, in the order of time, on all CPU threads.
 
 A chunk of windows shares the tables of dyadic motion, so memory does not grow with the program.
-Chunks grow with the path behind them, and windows with their chunk, up to 2^LEVEL pieces: an early
-contact costs little more than the path before it. Batches of windows run as launches side by side
-(a launch releases the interpreter lock), each with its own best contact, merged after it: the
-minimum does not depend on who finds it.
+Chunks grow with the path already searched, and windows with their chunk, up to 2^LEVEL pieces: an
+early contact costs little more than the path before it. Batches of windows run as launches side by
+side (a launch releases the interpreter lock), each with its own best contact, merged after it: the
+minimum does not depend on which launch finds it.
 """
 
 from __future__ import annotations
@@ -61,12 +61,13 @@ class SearchSettings:
 
     Attributes:
         period_ps: sample period [ps].
-        mode: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES or MODE_MINIMUM of the kernel.
-        free_mm: per pair, a proof must leave more than this [mm].
+        mode: one of the kernel's: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM (the smallest
+            distance) or MODE_APPROACH (the first sample step in which a distance falls to free_mm).
+        free_mm: per pair, a proof must leave more than this [mm]; negative = the pair is left out.
         threads: launches side by side on the CPU.
         part: MODE_MINIMUM need not tell distances apart that differ by less than this part.
         together: MODE_MINIMUM wants the smallest distance of all pairs only, in a slot of its own
-            behind theirs; what the others keep is an upper bound.
+            after theirs; what the others keep is an upper bound.
     """
 
     period_ps: int
@@ -242,7 +243,7 @@ class Searcher:
     ) -> Outcome:
         """Run the kernel on some roots; where a stack was full, on their halves again.
 
-        What a full stack left behind holds as far as it goes: a contact is one.
+        What was found before a stack was full is true all the same: a contact stays one.
         """
         found = self.launch(roots, motion, best, distance, pair)
         if not found.overflows:

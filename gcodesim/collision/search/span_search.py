@@ -225,5 +225,5 @@ def _look_at_clearances(
         nearest = nearest_of_all(searcher, first, end, best)
     elif aims.nearest:
         nearest = [nearest_pair(searcher, first, end, best)]
-    # A pair that touches from the start on, or is behind such a contact, has no distance.
+    # Nothing is measured after a contact at the start: its pair and the others have no distance.
     findings.minimums = [(pairs[n.pair], n) for n in nearest if np.isfinite(n.distance)]

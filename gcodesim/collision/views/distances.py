@@ -170,8 +170,8 @@ class Watch:
         return self.rigs[key]
 
 
-def distances(machine: Machine, path: Path, device: str, told_ps: Times) -> Distances:
-    """Distances at equal steps of time, fewer where a frame costs much, and at the times told.
+def distances(machine: Machine, path: Path, device: str, asked_ps: Times) -> Distances:
+    """Distances at equal steps of time, fewer where a frame costs much, and at the times asked for.
 
     How many does not depend on the speed of the computer. Nothing is looked at where nothing moves.
     """
@@ -182,7 +182,7 @@ def distances(machine: Machine, path: Path, device: str, told_ps: Times) -> Dist
     few = _equal_steps(0, path.duration_ps, FEWEST)
     each = watch.look(few).steps / len(few) + LINK_STEPS
     count = int(np.clip(WORK / each, FEWEST, FRAMES))
-    times = np.unique(np.concatenate([_equal_steps(0, path.duration_ps, count), told_ps]))
+    times = np.unique(np.concatenate([_equal_steps(0, path.duration_ps, count), asked_ps]))
     look = watch.look(times)
     return Distances(times, look.distance, tuple(look.links()))
 
@@ -192,8 +192,8 @@ def nearest_moment(
 ) -> Separation:
     """The nearest that a pair is found to come at or after a time at which it is there.
 
-    Looked for at equal steps of time, and again between the neighbours of the nearest: what is told
-    of the moment holds, but another may be nearer by what the pair moves within such a step.
+    Looked for at equal steps of time, and again between the neighbours of the nearest: what is
+    returned is true of its moment, but another may be nearer by what the pair moves within a step.
     """
     wanted = tuple(p for p in machine.pairs if (p.a, p.b) == pair)
     watch = Watch(replace(machine, pairs=wanted), path, device)
