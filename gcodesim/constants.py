@@ -53,13 +53,9 @@ MAX_REPEATED_BLOCKS = 5_000_000
 interpretation ends unless told otherwise: endless loops end within a minute and some 1.3 GB. An
 honest program of more is told how to raise it."""
 
-PAIR_BITS = 16
-"""First contacts are ordered by one int64 key: sample << PAIR_BITS | pair. 16 bits allow 65,536
-pairs and 1.4e14 samples."""
-
 TRAVEL_SLACK = 1.0e-6
-"""Travel may be exceeded by this [mm or deg] without a finding: programs with three decimals that
-end exactly on a limit must not fail through rounding."""
+"""Travel may be exceeded by this without a finding, by a linear joint [mm] and a rotary one [deg]:
+programs with three decimals that end exactly on a limit must not fail through rounding."""
 
 CLEARANCE_SLACK_MM = 1.0e-6
 """A clearance may be missed by this [mm] without a finding: a plate at exactly that distance keeps

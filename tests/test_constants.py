@@ -48,7 +48,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     "collision/instants/posed_pair": {"FARTHEST": "more than any distance"},
     "collision/search/approach": {"GOLDEN": "golden section"},
     "collision/search/first_reach": {"LEFT_OUT": "a mark, no distance"},
-    "collision/search/intervals": {"HALF_TURN": "unit"},
+    "collision/search/intervals": {"HALF_SPHERE": "unit"},
     "collision/search/search_kernel": {"LEAST_LENGTH": "keeps a division from 0"},
     "machine/formats/imported": {"TINY": "what is written as 0 in an imported file"},
     "machine/formats/linuxcnc_ini": {

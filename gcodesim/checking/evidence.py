@@ -15,7 +15,6 @@ from gcodesim.checking.verdict import (
     LeftOut,
     SmallestDistance,
 )
-from gcodesim.collision.bounds.leave_out import LeftOut as Item
 from gcodesim.collision.bounds.leave_out import still_axes
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.search.clearance import Nearness
@@ -205,7 +204,7 @@ def largest_step(detection: Detection, path: Path) -> LargestStep | None:
 
 def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
     """Pairs, axes and bodies that were not looked at."""
-    smallest: dict[str, Item] = {}
+    smallest: dict[str, LeftOut] = {}
     for item in (item for span in detection.findings for item in span.left_out):
         known = smallest.setdefault(item.what, item)
         smallest[item.what] = min(known, item, key=lambda i: i.margin_mm)
@@ -213,8 +212,8 @@ def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
     items += still_axes(detection.travels)
     needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
     for name in sorted(set(machine.bodies) - needed):
-        items.append(Item(f"body {name}", "no pair that is left needs it"))
-    return tuple(LeftOut(**vars(item)) for item in items)
+        items.append(LeftOut(f"body {name}", "no pair that is left needs it"))
+    return tuple(items)
 
 
 def coverage(

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds.leave_out import reach_distance
-from gcodesim.collision.detector import is_present
 from gcodesim.collision.geometry.poses import PathArrays, joints_between, path_arrays
 from gcodesim.collision.instants.containment import find_containments
 from gcodesim.collision.instants.posed_pair import pose_pair

@@ -4,32 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import warp as wp
 
-from gcodesim.collision.baseline import exhaustive
-from gcodesim.collision.baseline.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.baseline.exhaustive import (
+    InstantTest,
+    exhaustive_test,
+    first_sampled_contact,
+)
 from gcodesim.collision.bodies import tree_kernel
-from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds import chords
-from gcodesim.collision.bounds.departure import Step, largest_step
+from gcodesim.collision.bounds.departure import SampleStep, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
+from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
 from gcodesim.collision.instants.containment import find_containments
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import search_kernel
-from gcodesim.collision.search.events import Contact, Place
+from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.kinematics import world_from_link
-from gcodesim.machine.model import Body, Joint, Machine, Pair
+from gcodesim.machine.model import Joint, Machine, Pair
 from gcodesim.machine.spindle import bodies_in_place, table_entry
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
-from gcodesim.motion.samples import Instants, Span, tool_spans, window, windows
-
-WINDOW = 16_384
-"""Samples per window: long enough to amortise a launch, short enough for progress and Ctrl-C."""
+from gcodesim.motion.samples import Span, tool_spans, window
 
 METHODS = ("search", "exhaustive", "paper")
 
@@ -58,8 +61,8 @@ class Detection:
     contained: list[Contact] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
-    steps: list[tuple[Pair, Step]] = field(default_factory=list)
-    work: Work = field(default_factory=Work)
+    steps: list[tuple[Pair, SampleStep]] = field(default_factory=list)
+    work: WorkCounts = field(default_factory=WorkCounts)
 
 
 @dataclass(frozen=True)
@@ -94,13 +97,13 @@ def load_kernels(method: str, device: str) -> tuple[str, ...]:
 
         wp.load_module(paper, device=device)
         return ("paper",)
-    wp.load_module(exhaustive, device=device)
+    wp.load_module(touches, device=device)
     if method != "search":
-        return ("exhaustive",)
+        return ("touches",)
     wp.load_module(chords, device=device)
     wp.load_module(search_kernel, device=device)
     wp.load_module(tree_kernel, device="cpu")
-    return ("exhaustive", "chords", "search_kernel", "tree_kernel")
+    return ("touches", "chords", "search_kernel", "tree_kernel")
 
 
 def detect(task: Task) -> Detection:
@@ -125,16 +128,18 @@ def detect(task: Task) -> Detection:
             continue
         detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
-        place = Place(task.machine, task.path, scene, span, task.period_ps, travels)
+        context = SpanContext(task.machine, task.path, scene, span, task.period_ps, travels)
         step = largest_step(scene, travels, task.path, _pieces(task.path, span), task.period_ps)
         if step:
             detection.steps.append((scene.pairs[step.pair], step))
         if task.method == "search":
-            contact, findings = search_span(place, arrays, task.aims, detection.work, task.progress)
+            contact, findings = search_span(
+                context, arrays, task.aims, detection.work, task.progress
+            )
             detection.findings.append(findings)
         else:
-            contact = _sample(task, place, arrays, detection)
-        inside = _contain(place, detection)
+            contact = _sample(task, context, arrays, detection)
+        inside = _contain(context, detection)
         detection.contained += inside if task.aims.stop_all else []
         found = [c for c in (*inside, contact, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
@@ -169,49 +174,33 @@ def _spans_by_body(task: Task) -> list[Span]:
 
 
 def _shapeless_number(machine: Machine, number: int | None) -> int | None:
-    """Number that tells tools without a table entry apart; None = the mounted tool stands in."""
+    """A number for a tool without a table entry; None = the mounted tool is used for all."""
     stands_for_all = machine.tool is not None and machine.tool.for_all
     return None if stands_for_all else number
 
 
-def is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
-    """Both bodies are there, with at least one of the parts that count."""
-    return all(
-        name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)
-        for name, wanted in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
-    )
-
-
-def _sample(task: Task, place: Place, arrays: PathArrays, detection: Detection) -> Contact | None:
+def _sample(
+    task: Task, context: SpanContext, arrays: PathArrays, detection: Detection
+) -> Contact | None:
     """First contact within one span, looking at every sample and every block end."""
-    scene, span = place.scene, place.span
-    look = _look(task, scene, arrays, detection.work)
-    for first in windows(task.path, span, WINDOW, task.period_ps):
-        instants = window(task.path, span, first, WINDOW, task.period_ps)
-        hit = look(instants)
-        if hit:
-            instants = _instants_of(task, span, hit[0])
-            return place.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
-        done = (first + WINDOW) * task.period_ps
-        task.progress(min(1.0, done / task.path.duration_ps))
-    return None
+    scene, span = context.scene, context.span
+    test = _instant_test(task, scene, arrays, detection.work)
+    hit = first_sampled_contact(task.path, span, task.period_ps, test, task.progress)
+    if hit is None:
+        return None
+    # The instants that count for the sample: block ends before it, then the sample itself.
+    instants = window(task.path, span, hit[0], 1, task.period_ps)
+    return context.touch(*hit, touching_triangles(scene, arrays, instants, hit[1]))
 
 
-def _look(
-    task: Task, scene: Scene, arrays: PathArrays, work: Work
-) -> Callable[[Instants], tuple[int, int] | None]:
-    """What finds the first contact (sample, pair) among some instants."""
+def _instant_test(task: Task, scene: Scene, arrays: PathArrays, work: WorkCounts) -> InstantTest:
+    """How a method that samples finds the first contact among some instants."""
     if task.method == "exhaustive":
-        return lambda instants: first_contact_exhaustive(scene, arrays, instants, work)
+        return exhaustive_test(scene, arrays, work)
     from gcodesim.collision.baseline.paper import first_contact_paper, prepare_paper
 
     prepared = prepare_paper(scene, _travelled(task))
-    return lambda instants: first_contact_paper(scene, prepared, arrays, instants, work)
-
-
-def _instants_of(task: Task, span: Span, sample: int) -> Instants:
-    """The instants that count for one sample: block ends before it, then the sample itself."""
-    return window(task.path, span, sample, 1, task.period_ps)
+    return partial(first_contact_paper, scene, prepared, arrays, work=work)
 
 
 def _travelled(task: Task) -> tuple[Joint, ...]:
@@ -226,12 +215,12 @@ def _travelled(task: Task) -> tuple[Joint, ...]:
     return tuple(joints)
 
 
-def _contain(place: Place, detection: Detection) -> list[Contact]:
+def _contain(context: SpanContext, detection: Detection) -> list[Contact]:
     """Bodies inside another at the start of a span: contacts that surfaces do not show."""
-    q = place.path.positions(np.array([place.span.start_ps]))[0]
-    world = world_from_link(place.machine, q)
-    scene = place.scene
+    q = context.path.positions(np.array([context.span.start_ps]))[0]
+    world = world_from_link(context.machine, q)
+    scene = context.scene
     relative = [np.linalg.inv(world[a]) @ world[b] for a, b in scene.links]
     found = find_containments(scene, relative)
     detection.undecided += [(scene.pairs[c.pair], c.outer) for c in found if not c.decided]
-    return [place.containment(c) for c in found if c.decided]
+    return [context.containment(c) for c in found if c.decided]

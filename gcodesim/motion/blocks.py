@@ -143,8 +143,8 @@ def corner_speeds(
 
     A stop is 0. With a tolerance d the corner may be rounded by a circle that leaves it by d:
     v^2 = a d s/(1 - s), s the sine of half the angle between the legs. A corner within
-    TANGENT_DEG is passed as the curve it stands for: it turns within half of both moves, which
-    asks each joint for an acceleration that it has.
+    TANGENT_DEG is passed as the curve that it approximates: it turns within half of both moves,
+    which asks each joint for an acceleration that it has.
 
     Args:
         b: the moves.

@@ -37,7 +37,14 @@ from numpy.typing import NDArray
 from gcodesim.constants import POLE_RAD, POLE_STEP_RAD, SAME_ROTARY_DEG, TCP_DEVIATION_MM
 from gcodesim.machine.model import Machine
 from gcodesim.machine.tool_centre import ToolCentre
-from gcodesim.motion.tool_path import Array, Cut, Stretch, TipMoves, curvature, cut_evenly
+from gcodesim.motion.tool_path import (
+    Array,
+    MoveStretches,
+    TipMoves,
+    TipPieces,
+    curvature,
+    cut_evenly,
+)
 
 PARTS_AT_ONCE = 16
 """Parts that a piece is cut into at once; more would make pieces shorter than they must be."""
@@ -118,7 +125,7 @@ def circles_of(tips: TipMoves, centre: ToolCentre) -> tuple[NDArray[np.intp], Ci
     return which[kept], circles
 
 
-def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
+def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> TipPieces:
     """Cut all moves: evenly where the rotary joints run linearly, else along the great circle.
 
     A circle that the joints cannot follow without a jump away from a pole is run as if linear.
@@ -140,14 +147,14 @@ def cut_moves(tips: TipMoves, centre: ToolCentre, reach: Array) -> Cut:
     knots[len(even.move) + round_cut.inner] = round_cut.knots
     order = np.argsort(moves, kind="stable")
     share = np.concatenate([even.share, round_cut.share])[order]
-    cut = Cut(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
+    cut = TipPieces(moves[order], share, knots[order], max(even.deviation, round_cut.deviation))
     free = next(step.column for step in centre.chain if step.joint.rotary)
     bent = tips.great & (np.abs(tips.end - tips.start)[:, free] > SAME_ROTARY_DEG)
     left = np.setdiff1d(np.flatnonzero(bent), round_cut.move)
     return replace(cut, knots=cut.knots[cut.inner], straightened=tuple(left.tolist()))
 
 
-def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
+def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> TipPieces:
     """Cut the circles that the joints can follow; `which` are their numbers among all moves."""
     halves = halved(circles, reach)
     # Positions of a move: where it starts, where its circle does, the ends of its pieces, where it
@@ -175,7 +182,7 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
         at_pole = poles(circles.directions(owner[there], s[there])) < POLE_RAD
         fits &= ~spot.any(axis=1) | (at_pole & ~spot[:, 1])
         kept[here] = spot.any(axis=1)
-    # The end of the circle stands for the end of the move where both are the same.
+    # The end of the circle is used for the end of the move where both are the same.
     free[final] = np.where(kept[final - 1], True, free[final - 1])
     has_free = np.bincount(owner, free & kept & (s > 0.0), minlength=len(which)) > 0.0
     fits &= ~has_free | (circles.tips.arc < 0)
@@ -189,7 +196,7 @@ def cut_circles(which: NDArray[np.intp], circles: Circles, reach: Array) -> Cut:
 
 def _with_spots(
     circles: Circles, owner: NDArray[np.intp], s: Array, points: Array, free: NDArray[np.bool_]
-) -> Cut:
+) -> TipPieces:
     """Pieces between positions of moves; those that end `free` are cut so that the tip holds."""
     after = np.flatnonzero(np.diff(owner, prepend=-1) == 0)
     spots = after[free[after]]
@@ -204,7 +211,7 @@ def _with_spots(
     within = np.flatnonzero(np.diff(piece, prepend=-1) == 0)
     knots[within] = held.knots
     share = (s[after] - s[after - 1])[piece] / count[piece]
-    cut = Cut(owner[after[piece]], share, knots, held.deviation)
+    cut = TipPieces(owner[after[piece]], share, knots, held.deviation)
     return replace(cut, knots=knots[cut.inner])
 
 
@@ -307,7 +314,7 @@ def _bend(
         positions = circles.tips.at(move[known], (start + 0.5 * length)[known])
         joints = [step.column for step in circles.centre.chain if step.joint.rotary]
         positions[:, joints] = circles.joints(move[known], (start + 0.5 * length)[known])
-        stretch = Stretch(positions, 0.5 * length[known])
+        stretch = MoveStretches(positions, 0.5 * length[known])
     tips = circles.tips.taken(move[known])
     found[known] = curvature(tips, circles.centre, rates, bends, stretch)
     found[known] += bends[:, columns] @ reach
@@ -322,7 +329,7 @@ def levers(machine: Machine, centre: ToolCentre) -> Array:
 def _lever(machine: Machine, link: str, point: Array) -> float:
     """How far what a link carries may be from a point that stands still on it [mm].
 
-    Joints behind it turn about their own points, slides add their travel.
+    Joints beyond it turn about their own points, slides add their travel.
     """
     parts = [part for body in machine.bodies.values() if body.link == link for part in body.parts]
     vertices = [part.triangles.reshape(-1, 3) - point for part in parts]

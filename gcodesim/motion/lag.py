@@ -71,7 +71,7 @@ class Lag:
         envelopes: their K and a of the theorem.
         speed: largest speed of each joint on each piece, shape (n, k) [mm/s or deg/s].
         start: E at the ends of the pieces, shape (n + 1, k) [mm or deg].
-        largest: bound of E on each piece, shape (n + 1, k); the last row stands for no piece: 0.
+        largest: bound of E on each piece, shape (n + 1, k); the last row, of no piece, is 0.
         whole: bound of the whole path, shape (k,).
     """
 
@@ -87,7 +87,7 @@ class Lag:
     def over(self, start_ps: Times, end_ps: Times) -> Floats:
         """Bounds that hold all through some stretches of time, shape (m, k) [mm or deg].
 
-        Of the piece in which a stretch begins its own part counts, of those behind it all.
+        Of the piece in which a stretch begins its own part counts, of the later ones all.
 
         Args:
             start_ps: starts of the stretches, shape (m,), from 0.
@@ -96,11 +96,11 @@ class Lag:
         first = np.searchsorted(self.bounds_ps, start_ps, side="right") - 1
         last = np.searchsorted(self.bounds_ps, end_ps, side="left") - 1
         bound = self._on_parts(first, start_ps, np.minimum(end_ps, self.bounds_ps[first + 1]))
-        # Bounds of the pieces behind the first; reduceat takes one row where there is none.
+        # Bounds of the pieces after the first; reduceat takes one row where there is none.
         lowest, cuts = int(first.min()), np.stack([first + 1, last + 1], axis=1).ravel()
         rows = self.largest[lowest : last.max() + 2]
-        behind = np.maximum.reduceat(rows, cuts - lowest)[::2]
-        bound = np.where((last > first)[:, None], np.maximum(bound, behind), bound)
+        later = np.maximum.reduceat(rows, cuts - lowest)[::2]
+        bound = np.where((last > first)[:, None], np.maximum(bound, later), bound)
         return np.minimum(bound * ROUNDED_UP, self.whole)
 
     def usual(self) -> Floats:

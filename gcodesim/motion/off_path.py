@@ -20,7 +20,7 @@ class OffPath:
         tolerance_mm: how far any point may leave the path [mm].
         lag: how far every joint may ever stay behind, shape (joints,) [mm or deg]; () = not at all.
         late: the same over program time; None = `lag` at all times.
-        corners: what is said about rounded corners; empty when the path is kept.
+        corners: a sentence about rounded corners; empty when the path is kept.
     """
 
     tolerance_mm: float = 0.0

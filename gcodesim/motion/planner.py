@@ -37,8 +37,8 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     program, under, findings = followed(program, machine)
     wanted = joint_moves(program, machine, under)
     if under:
-        wanted, told = under.cut(wanted, [AXES.index(name) for name in machine.axes])
-        findings += told
+        wanted, remarks = under.cut(wanted, [AXES.index(name) for name in machine.axes])
+        findings += remarks
     least = least_times(wanted, machine)
     moves = replace(wanted, seconds=np.maximum(wanted.seconds, least))
     moves = unwound(moves)

@@ -1,4 +1,4 @@
-"""Rapid moves as doglegs: every axis at its own rate, so that the way is bent and not straight."""
+"""Rapid moves as doglegs: every axis at its own rate, so that the path is bent."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def lagged_positions(path: Path, machine: Machine, times: NDArray[np.int64]) -> 
 
 @dataclass(frozen=True)
 class Command:
-    """What one joint is told: n cubics one after the other, at rest before and after.
+    """What one joint is commanded: n cubics one after the other, at rest before and after.
 
     Attributes:
         bounds_ps: their ends [ps], shape (n + 1,), ascending.

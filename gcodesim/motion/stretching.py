@@ -69,14 +69,14 @@ def stretched(
         worst = blocks[np.argmax(np.where(some, total, -1.0))]
         pieces = np.flatnonzero(wanted.row == worst)
         seconds = float(wanted.seconds[pieces].sum())
-        told = f"{seconds:.4g} s programmed, {seconds + float(lost[pieces].sum()):.4g} s needed"
+        example = f"{seconds:.4g} s programmed, {seconds + float(lost[pieces].sum()):.4g} s needed"
         code, meaning, why = "GC303", "axis_too_slow", "because an axis cannot keep the feed"
         if centre is not None and near[blocks == worst][0]:
             code, meaning, why = "GC304", "near_pole", "near a pole of the rotary axes"
             joint = centre.rotary.joints[0]
             column = machine.axes.index(joint.name)
-            told += _pole_message(wanted, pieces, joint, column, angle)
-        message = f"{some.sum()} block(s) stretched {why}; most here: {told}"
+            example += _pole_message(wanted, pieces, joint, column, angle)
+        message = f"{some.sum()} block(s) stretched {why}; most here: {example}"
         line = int(program.line[worst])
         begin_ps = clock[1][min(int(np.searchsorted(clock[0], worst)), len(clock[0]))]
         time = float(begin_ps) / PS_PER_S

@@ -18,8 +18,8 @@ from gcodesim.motion.joint_moves import Moves
 from gcodesim.motion.tool_path import (
     MAX_PIECES,
     Array,
-    Cut,
     TipMoves,
+    TipPieces,
     at_right_angles,
     solved_axes,
 )
@@ -88,7 +88,7 @@ class ToolMoves:
         line = int(self.program.line[row])
         return pieces, [*findings, Finding("GC424", message, "max_pieces", line=line)]
 
-    def _straightened(self, cut: Cut) -> list[Finding]:
+    def _straightened(self, cut: TipPieces) -> list[Finding]:
         if not cut.straightened:
             return []
         message = (

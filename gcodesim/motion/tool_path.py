@@ -117,7 +117,7 @@ class TipMoves:
 
 
 @dataclass(frozen=True)
-class Cut:
+class TipPieces:
     """Pieces of tip moves: m pieces in the order of execution.
 
     Attributes:
@@ -142,7 +142,7 @@ class Cut:
 
 def cut_evenly(
     tips: TipMoves, which: NDArray[np.intp], centre: ToolCentre, tolerance: float = TCP_DEVIATION_MM
-) -> Cut:
+) -> TipPieces:
     """Cut the moves `which` into equal pieces, as many as the theorem asks for `tolerance`.
 
     Moves beyond MAX_PIECES have none.
@@ -159,7 +159,7 @@ def cut_evenly(
     inner = np.flatnonzero(number > 0)
     knots = chosen.at(move[inner], number[inner] / count[move[inner]])
     deviation = float(np.max(bound[move] / (8.0 * count[move] ** 2), initial=0.0))
-    return Cut(which[move], 1.0 / count[move], knots, deviation)
+    return TipPieces(which[move], 1.0 / count[move], knots, deviation)
 
 
 def _linear_curvature(tips: TipMoves, centre: ToolCentre) -> Array:
@@ -171,7 +171,7 @@ def _linear_curvature(tips: TipMoves, centre: ToolCentre) -> Array:
     move = np.repeat(np.arange(len(exact)), STRETCHES)
     s = np.tile((np.arange(STRETCHES) + 0.5) / STRETCHES, len(exact))
     stretches, rates = tips.taken(move), rates[move]
-    stretch = Stretch(tips.at(move, s), np.full(len(move), 0.5 / STRETCHES))
+    stretch = MoveStretches(tips.at(move, s), np.full(len(move), 0.5 / STRETCHES))
     bound = curvature(stretches, centre, rates, np.zeros_like(rates), stretch)
     return np.where(exact, 0.0, bound.reshape(-1, STRETCHES).max(axis=1, initial=0.0))
 
@@ -186,7 +186,7 @@ def solved_axes(centre: ToolCentre, points: Array, offset: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class MoveStretches:
     """Stretches of n moves: tip and A B C in the middle, shape (n, 6), and half the length in s."""
 
     middle: Array
@@ -198,7 +198,7 @@ def curvature(
     centre: ToolCentre,
     rates: Array,
     bends: Array,
-    stretch: Stretch | None = None,
+    stretch: MoveStretches | None = None,
 ) -> Array:
     """The bound c R of the theorem for every move, shape (n,) [mm].
 
@@ -245,7 +245,7 @@ def _tilted_bend(
     centre: ToolCentre,
     of_tip: tuple[Array, Array],
     of_joints: tuple[Array, Array],
-    stretch: Stretch,
+    stretch: MoveStretches,
 ) -> Array:
     """The bound sqrt(3) L where joints stand between the slides, shape (n,); inf without one.
 
@@ -303,7 +303,7 @@ class Bounded:
 def _turned_bend(
     steps: Sequence[ChainJoint], point: Bounded, rates: Array, bends: Array
 ) -> tuple[Array, Array]:
-    """Bounds on two derivatives of a point behind rotary joints, the innermost first."""
+    """Bounds on two derivatives of a point carried by rotary joints, the innermost first."""
     first, second = point.first, point.second
     for number, step in enumerate(steps):
         if number == 0:

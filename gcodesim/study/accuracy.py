@@ -16,7 +16,7 @@ from gcodesim.study.accuracy_goals import SPEED_SCENE, goals
 from gcodesim.study.bench import environment
 from gcodesim.study.methods import METHODS, PERIOD, Found, Method, Subject
 from gcodesim.study.representation import chord_rows, cycle_rows, pose_rows
-from gcodesim.study.scenes import SCENES, Scene, delayed
+from gcodesim.study.scenes import SCENES, KnownScene, delayed
 
 SCHEMA = "gcodesim.study.accuracy/1"
 PS_PER_MS = PS_PER_S // 1000
@@ -153,7 +153,7 @@ def measure(name: str, method: str, setting: float, phases: int) -> dict[str, An
 
 
 @cache
-def _scene(name: str) -> Scene:
+def _scene(name: str) -> KnownScene:
     return SCENES[name]()
 
 

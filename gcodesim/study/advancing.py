@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import Work
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
 from gcodesim.study.kernels.directed_bound import free_time
-from gcodesim.study.scenes import Scene
+from gcodesim.study.scenes import KnownScene
 
 Floats = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ MOST_POSES = 10_000
 
 
 @dataclass(frozen=True)
-class Motion:
+class PointMotion:
     """How the points of the moving body move at one instant.
 
     Attributes:
@@ -36,7 +36,7 @@ class Motion:
     across: Floats
 
 
-def advance(scene: Scene, tolerance_mm: float, work: Work) -> int | None:
+def advance(scene: KnownScene, tolerance_mm: float, work: WorkCounts) -> int | None:
     """First instant at which the gap is down to the tolerance [ps], None when it never is.
 
     For scenes whose first body stands, and whose second is moved by linear joints or by one rotary
@@ -64,13 +64,13 @@ def advance(scene: Scene, tolerance_mm: float, work: Work) -> int | None:
     return time
 
 
-def _triangles(scene: Scene, body: str) -> Floats:
+def _triangles(scene: KnownScene, body: str) -> Floats:
     return np.concatenate([part.triangles for part in scene.machine.bodies[body].parts])
 
 
 def _motion(
     path: Path, joints: tuple[Joint, ...], piece: int, time_ps: int, posed: Floats
-) -> Motion:
+) -> PointMotion:
     """Velocity now, and bounds of the acceleration during the rest of a piece."""
     start, end = (int(t) for t in path.bounds_ps[piece : piece + 2])
     seconds, tau = (end - start) / PS_PER_S, (time_ps - start) / (end - start)
@@ -86,9 +86,9 @@ def _motion(
         spin = np.cross(turning.axis, arm)
         lever = np.linalg.norm(spin, axis=2).max(axis=1)
         curvature = lever * ((turn * most_rate) ** 2 + abs(turn) * most_bend)
-        return Motion(turn * rate * spin, curvature, np.eye(3) - np.outer(*[turning.axis] * 2))
+        return PointMotion(turn * rate * spin, curvature, np.eye(3) - np.outer(*[turning.axis] * 2))
     way, bend, across = _way(path, joints, piece, s, most_rate, most_bend)
-    return Motion(np.broadcast_to(rate * way, posed.shape), np.full(len(posed), bend), across)
+    return PointMotion(np.broadcast_to(rate * way, posed.shape), np.full(len(posed), bend), across)
 
 
 def _way(

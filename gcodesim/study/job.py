@@ -8,26 +8,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import Work, first_contact_exhaustive
+from gcodesim.collision.baseline.exhaustive import exhaustive_test, first_sampled_contact
 from gcodesim.collision.bodies.scene import Scene, build_scene
 from gcodesim.collision.bounds.forest import Forest, build_forest
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.poses import path_arrays
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.approach import Approach, distances_at, first_event
-from gcodesim.collision.search.search import Outcome, Roots, Searcher, Settings
+from gcodesim.collision.search.search import Outcome, Roots, Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.errors import UsageError
 from gcodesim.machine.model import Machine
 from gcodesim.machine.spindle import bodies_in_place
 from gcodesim.motion.path import CONSTANT_SPEED, Path
-from gcodesim.motion.samples import Span, sample_count, tool_spans, window, windows
+from gcodesim.motion.samples import Span, sample_count, tool_spans
 
 WINDOW_PS = PS_PER_S // 1000
 """Machine time of a window of the real-time question [ps]: 1 ms."""
-
-INSTANTS = 16_384
-"""Samples per launch of the exhaustive method, as the detector takes them."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +77,7 @@ class Job:
         arrays = path_arrays(self.path, scene.device)
         mode = MODE_AT_ALL_TIMES if between else MODE_AT_SAMPLES
         free = (TOLERANCE_MM if between else 0.0,) * len(scene.pairs)
-        settings = Settings(self.period_ps, mode, free, threads)
+        settings = SearchSettings(self.period_ps, mode, free, threads)
         joints = self.machine.joints
         return Searcher(scene, self.forest(scene), self.path, arrays, joints, settings)
 
@@ -183,15 +181,13 @@ def search_job(searcher: Searcher) -> Answer:
 def exhaustive_job(searcher: Searcher) -> Answer:
     """Look at every sample and block end of a whole job, up to its first contact."""
     path, period_ps = searcher.path, searcher.settings.period_ps
-    span, work = Span(0, path.duration_ps, None, 0), Work()
-    for first in windows(path, span, INSTANTS, period_ps):
-        instants = window(path, span, first, INSTANTS, period_ps)
-        hit = first_contact_exhaustive(searcher.scene, searcher.arrays, instants, work)
-        if hit:
-            end_ps = min(hit[0] * period_ps, path.duration_ps)
-            pair = searcher.scene.pairs[hit[1]].name
-            return Answer(hit[0], pair, 0, int(work.counts[2]), end_ps)
-    return Answer(None, None, 0, int(work.counts[2]), path.duration_ps)
+    span, work = Span(0, path.duration_ps, None, 0), WorkCounts()
+    test = exhaustive_test(searcher.scene, searcher.arrays, work)
+    hit = first_sampled_contact(path, span, period_ps, test)
+    if hit is None:
+        return Answer(None, None, 0, int(work.counts[2]), path.duration_ps)
+    end_ps = min(hit[0] * period_ps, path.duration_ps)
+    return Answer(hit[0], searcher.scene.pairs[hit[1]].name, 0, int(work.counts[2]), end_ps)
 
 
 def window_search(searcher: Searcher, number: int) -> Callable[[], Outcome]:

@@ -9,18 +9,21 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
+from gcodesim.collision.baseline.exhaustive import WINDOW
 from gcodesim.collision.baseline.paper import first_contact_paper, prepare_paper
+from gcodesim.collision.bodies.keys import NO_CONTACT
 from gcodesim.collision.bounds.motion_bounds import travelled
-from gcodesim.collision.search.search import Settings
+from gcodesim.collision.instants.touches import first_touch
+from gcodesim.collision.instants.work import WorkCounts
+from gcodesim.collision.search.search import SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.samples import Instants, Span, window, windows
 from gcodesim.study.advancing import advance
-from gcodesim.study.job import INSTANTS, Job, search_job
+from gcodesim.study.job import Job, search_job
 from gcodesim.study.kernels.textbook import first_naive_contact
-from gcodesim.study.scenes import Scene
+from gcodesim.study.scenes import KnownScene
 
 RESOLUTION_PS = 1
 """The search between samples tells the first near instant to this [ps]."""
@@ -51,7 +54,7 @@ class Subject:
         prepared: what the paper's method lays out beforehand.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: KnownScene) -> None:
         self.scene = scene
         job = Job(scene.machine, scene.path, None, DEFAULT_PERIOD_PS)
         self.searcher = job.searcher(job.scene("cpu"), threads=1, between=False)
@@ -79,13 +82,13 @@ Method = Callable[[Subject, float], Found]
 
 
 def _every_sample(
-    look: Callable[[Subject, Instants, Work], int | None],
+    look: Callable[[Subject, Instants, WorkCounts], int | None],
     count: int,
     subject: Subject,
     period_ps: float,
 ) -> Found:
     """Look at all instants in the order of time, window by window."""
-    path, work, period = subject.scene.path, Work(), round(period_ps)
+    path, work, period = subject.scene.path, WorkCounts(), round(period_ps)
     for first in windows(path, subject.span, count, period):
         sample = look(subject, window(path, subject.span, first, count, period), work)
         if sample is not None:
@@ -93,18 +96,20 @@ def _every_sample(
     return Found(None, work.counts)
 
 
-def _look_exhaustively(subject: Subject, instants: Instants, work: Work) -> int | None:
-    hit = first_contact_exhaustive(subject.searcher.scene, subject.searcher.arrays, instants, work)
+def _look_exhaustively(subject: Subject, instants: Instants, work: WorkCounts) -> int | None:
+    hit = first_touch(subject.searcher.scene, subject.searcher.arrays, instants, work)
     return hit[0] if hit else None
 
 
-def _look_as_the_paper(subject: Subject, instants: Instants, work: Work) -> int | None:
+def _look_as_the_paper(subject: Subject, instants: Instants, work: WorkCounts) -> int | None:
     searcher = subject.searcher
     hit = first_contact_paper(searcher.scene, subject.prepared, searcher.arrays, instants, work)
     return hit[0] if hit else None
 
 
-def _look_naively(precision: str, subject: Subject, instants: Instants, work: Work) -> int | None:
+def _look_naively(
+    precision: str, subject: Subject, instants: Instants, work: WorkCounts
+) -> int | None:
     poses = subject.poses(instants)
     row = first_naive_contact(subject.triangles(), poses, precision, work.counts)
     return None if row is None else int(instants.sample[row])
@@ -112,9 +117,9 @@ def _look_naively(precision: str, subject: Subject, instants: Instants, work: Wo
 
 def search_samples(subject: Subject, period_ps: float) -> Found:
     """The search, asked for samples only."""
-    settings = Settings(round(period_ps), MODE_AT_SAMPLES, (0.0,), 1)
+    settings = SearchSettings(round(period_ps), MODE_AT_SAMPLES, (0.0,), 1)
     answer = search_job(replace(subject.searcher, settings=settings))
-    work = Work()
+    work = WorkCounts()
     work.add(answer.items, answer.triangle_tests)
     time_ps = None if answer.sample is None else answer.sample * round(period_ps)
     return Found(time_ps, work.counts)
@@ -122,17 +127,17 @@ def search_samples(subject: Subject, period_ps: float) -> Found:
 
 def search_between(subject: Subject, tolerance_mm: float) -> Found:
     """The search, asked for the first instant at which the distance falls to the tolerance."""
-    settings = Settings(RESOLUTION_PS, MODE_APPROACH, (tolerance_mm,), 1)
+    settings = SearchSettings(RESOLUTION_PS, MODE_APPROACH, (tolerance_mm,), 1)
     searcher = replace(subject.searcher, settings=settings)
     outcome = searcher.search_pieces(0, len(subject.scene.path))
-    work, near = Work(), int(outcome.near[0])
+    work, near = WorkCounts(), int(outcome.near[0])
     work.add(outcome.items, outcome.triangle_tests)
     return Found(None if near == NO_CONTACT else near, work.counts)
 
 
 def advance_directed(subject: Subject, tolerance_mm: float) -> Found:
     """From pose to pose by the directed bound."""
-    work = Work()
+    work = WorkCounts()
     return Found(advance(subject.scene, tolerance_mm, work), work.counts)
 
 
@@ -147,8 +152,8 @@ METHODS: dict[str, tuple[str, Method]] = {
         PERIOD,
         partial(_every_sample, partial(_look_naively, "float64"), NAIVE_INSTANTS),
     ),
-    "paper": (PERIOD, partial(_every_sample, _look_as_the_paper, INSTANTS)),
-    "exhaustive": (PERIOD, partial(_every_sample, _look_exhaustively, INSTANTS)),
+    "paper": (PERIOD, partial(_every_sample, _look_as_the_paper, WINDOW)),
+    "exhaustive": (PERIOD, partial(_every_sample, _look_exhaustively, WINDOW)),
     "search": (PERIOD, search_samples),
     "search between": (TOLERANCE, search_between),
     "directed bound": (TOLERANCE, advance_directed),

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import Work, instant_arrays
 from gcodesim.collision.baseline.paper import detect_pair, prepare_paper
 from gcodesim.collision.geometry.poses import path_arrays
+from gcodesim.collision.instants.touches import instant_arrays
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.machine.model import Joint
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.samples import Instants
@@ -70,7 +71,7 @@ def paper_table(job: Job, device: str, sample_count: int) -> dict[str, Any]:
     for pair in prepare_paper(scene, _with_finite_travel(job)):
         times = []
         for instant in instants:
-            timing, _ = time_runs(partial(detect_pair, scene, pair, path, instant, Work()))
+            timing, _ = time_runs(partial(detect_pair, scene, pair, path, instant, WorkCounts()))
             times.append(timing.median * 1e6)
         name = scene.pairs[pair.pair].name
         triangles = [len(pair.triangles_a), len(pair.triangles_b)]

@@ -23,7 +23,7 @@ from gcodesim.study.scenes import (
     BED_MOVER,
     CONSTANT,
     SCENES,
-    Scene,
+    KnownScene,
     joint,
     machine,
     path,
@@ -85,7 +85,7 @@ def pose_rows() -> list[Row]:
     return rows
 
 
-def _pose_errors(scene: Scene, precision: str) -> Iterator[float]:
+def _pose_errors(scene: KnownScene, precision: str) -> Iterator[float]:
     path = scene.path
     vertices = np.unique(scene.machine.bodies["mover"].parts[0].triangles.reshape(-1, 3), axis=0)
     for time_ps in np.linspace(0, path.duration_ps, INSTANTS).astype(np.int64).tolist():
@@ -102,7 +102,7 @@ def _distance(point: Floats, true: list[Decimal]) -> float:
     return float(sum(squares, Decimal(0)).sqrt())
 
 
-def _posed_exactly(scene: Scene, time_ps: int, vertices: Floats) -> list[list[Decimal]]:
+def _posed_exactly(scene: KnownScene, time_ps: int, vertices: Floats) -> list[list[Decimal]]:
     """Vertices under the one joint of a scene, to 40 digits; its axis is a coordinate axis."""
     path, moving = scene.path, scene.machine.joints[0]
     piece = int(path.piece_at(np.array([time_ps]))[0])
@@ -156,7 +156,7 @@ def _smooth_gap(sides: int, radius: float, phase: float) -> float:
     block = rectangle([30, 30], [112, -75])
     joints = [joint("C", [0, 0, 1])]
     bodies = {"bed": prism(tool, -30, 60), "mover": prism(block, -20, 20)}
-    scene = Scene(
+    scene = KnownScene(
         machine(joints, bodies, BED_MOVER),
         path(joints, [0.0], [(0.4, [0.4 * RATE])], CONSTANT),
         degrees(asin((FACE - RADIUS) / ARM)) / RATE,

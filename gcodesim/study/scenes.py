@@ -29,7 +29,7 @@ FEED = 10000.0 / 60.0  # mm/s
 
 
 @dataclass(frozen=True)
-class Scene:
+class KnownScene:
     """One moving body that first touches another at `contact_s` [s]; None = it never does.
 
     Attributes:
@@ -153,7 +153,7 @@ def path(
     )
 
 
-def delayed(scene: Scene, phase_ps: int) -> Scene:
+def delayed(scene: KnownScene, phase_ps: int) -> KnownScene:
     """The same scene after standing still for `phase_ps`: shifts the contact between samples."""
     if not phase_ps:
         return scene
@@ -225,43 +225,43 @@ def _straight(
     )
 
 
-def vertex_meets_face() -> Scene:
+def vertex_meets_face() -> KnownScene:
     """S1: a tilted box comes down on a slab."""
     mover = turned(box([40, 30, 20]), [0, 0, 1], 0.2)
     mover = turned(turned(mover, [0, 1, 0], 0.4), [1, 0, 0], 0.7)
     still = box([300, 300, 20], [0, 0, -10])
     m, p = _straight("Z", [0, 0, 1], still, np.add(mover, [0, 0, 60]), 0.3, -0.3 * FEED)
     contact = (60 + mover[..., 2].min()) / FEED
-    return Scene(m, p, contact, published_s=0.235912218371)
+    return KnownScene(m, p, contact, published_s=0.235912218371)
 
 
-def edge_meets_edge() -> Scene:
+def edge_meets_edge() -> KnownScene:
     """S2: a bar rolled onto its edge comes down on another one across."""
     mover = turned(box([200, 30, 30]), [1, 0, 0], pi / 4)
     still = turned(box([30, 200, 30]), [0, 1, 0], pi / 4)
     m, p = _straight("Z", [0, 0, 1], still, snapped(np.add(mover, [3.3, 1.7, 150])), 0.3, -150)
     contact = (150 + mover[..., 2].min() - still[..., 2].max()) / 500
-    return Scene(m, p, contact, published_s=0.215147186258)
+    return KnownScene(m, p, contact, published_s=0.215147186258)
 
 
-def corner_turns_into_wall() -> Scene:
+def corner_turns_into_wall() -> KnownScene:
     """S3: a turning box reaches a low wall with a vertical edge."""
     still = box([50, 400, 10], [133, 0, 0])
     m, p = _straight("C", [0, 0, -1], still, box([200, 120, 40]), 0.2, 12)
     contact = np.degrees(atan2(60, 100) - acos(108 / hypot(100, 60))) / 60
-    return Scene(m, p, contact, published_s=0.146623511833)
+    return KnownScene(m, p, contact, published_s=0.146623511833)
 
 
-def table_turns_into_tool() -> Scene:
+def table_turns_into_tool() -> KnownScene:
     """S4: a block on a turning table sweeps into a tool prism."""
     tool = polygon(32, 8, [120, 0], pi / 32)
     block = rectangle([30, 30], [112, -75])
     m, p = _straight("C", [0, 0, 1], prism(tool, -30, 60), prism(block, -20, 20), 0.4, 36)
     contact = np.degrees(turn_to_contact(block, tool)) / 90
-    return Scene(m, p, contact, published_s=0.285368191297)
+    return KnownScene(m, p, contact, published_s=0.285368191297)
 
 
-def trunnion_tilts_into_spindle() -> Scene:
+def trunnion_tilts_into_spindle() -> KnownScene:
     """S5: a block on a tilting cradle reaches the spindle face above."""
     block = box([120, 90, 60], [10, 35, -40])
     still = box([400, 400, 20], [0, 0, 70])
@@ -270,10 +270,10 @@ def trunnion_tilts_into_spindle() -> Scene:
     tilts = [
         (asin(60 / hypot(y, z)) - atan2(z, y)) % (2 * pi) for _, y, z in corners if hypot(y, z) > 60
     ]
-    return Scene(m, p, np.degrees(min(tilts)) / 30, published_s=1.840538948903)
+    return KnownScene(m, p, np.degrees(min(tilts)) / 30, published_s=1.840538948903)
 
 
-def arc_grazes_face(depth: float = 1e-4) -> Scene:
+def arc_grazes_face(depth: float = 1e-4) -> KnownScene:
     """S6: a cube on an arc of radius 100 dips `depth` below a face; lifted for negative depths."""
     radius, middle, rate = 100.0, 0.2, FEED / 100.0
     joints = [joint("X", [1, 0, 0]), joint("Z", [0, 0, 1], "mover", "cube")]
@@ -287,13 +287,13 @@ def arc_grazes_face(depth: float = 1e-4) -> Scene:
     p = path(joints, [-half, top], [(2 * middle, [half, top])], arcs={0: arc})
     m = machine(joints, shapes, [("bed", "cube")])
     if depth < 0:
-        return Scene(m, p, None, clearance_mm=-depth)
+        return KnownScene(m, p, None, clearance_mm=-depth)
     half_time = 2 * asin(sqrt(depth / (2 * radius))) / rate
     published = {1e-4: 0.199151471792, 1e-7: 0.199973167184}.get(depth)
-    return Scene(m, p, middle - half_time, middle + half_time, depth, published_s=published)
+    return KnownScene(m, p, middle - half_time, middle + half_time, depth, published_s=published)
 
 
-def blade_through_sheet() -> Scene:
+def blade_through_sheet() -> KnownScene:
     """S7: a 0.01 mm blade passes a 0.01 mm sheet within 20 microseconds."""
     start, width = -137.2468, 0.01
     still, mover = box([width, 30, 30]), box([width, 20, 20])
@@ -302,15 +302,15 @@ def blade_through_sheet() -> Scene:
     p = path(joints, [start], [(0.2, [start + 200])])
     width = float(np.ptp(still[..., 0]))
     first, last = (-start - width) / 1000, (-start + width) / 1000
-    return Scene(m, p, first, last, width, published_s=0.1372368)
+    return KnownScene(m, p, first, last, width, published_s=0.1372368)
 
 
-def accelerated_start() -> Scene:
+def accelerated_start() -> KnownScene:
     """S8: 5000 mm/s^2 from rest over a gap of 7.3 mm."""
     return _from_rest(ACCELERATED, 0.1, 5000 * 0.1**2 / 2, sqrt(2 * 7.3 / 5000), 0.054037024344)
 
 
-def jerked_start() -> Scene:
+def jerked_start() -> KnownScene:
     """S8 with a constant jerk of 100,000 mm/s^3."""
     return _from_rest(JERKED, 0.1, 1e5 * 0.1**3 / 6, (6 * 7.3 / 1e5) ** (1 / 3), None)
 
@@ -321,24 +321,26 @@ def _from_rest(
     way: float,
     contact: float,
     published: float | None,
-) -> Scene:
+) -> KnownScene:
     joints = [joint("X", [1, 0, 0])]
     shapes = {"bed": box([20, 40, 40], [17.3, 0, 0]), "mover": box([10, 10, 10], [-5, 0, 0])}
     # The wall's face lies where the grid puts 7.3: off by less than 1e-10 mm.
     m = machine(joints, shapes, BED_MOVER)
-    return Scene(m, path(joints, [0.0], [(seconds, [way])], law), contact, published_s=published)
+    return KnownScene(
+        m, path(joints, [0.0], [(seconds, [way])], law), contact, published_s=published
+    )
 
 
-def cube_on_slab(lift: float) -> Scene:
+def cube_on_slab(lift: float) -> KnownScene:
     """S10: a cube stands on a slab, or `lift` above it, in dyadic coordinates, and slides away."""
     joints = [joint("X", [1, 0, 0])]
     shapes = {"bed": box([64, 64, 16], [0, 0, -8]), "mover": box([8, 8, 8], [0, 0, 4 + lift])}
     p = path(joints, [0.0], [(0.004, [8.0])])
     contact = None if lift else 0.0
-    return Scene(machine(joints, shapes, BED_MOVER), p, contact, clearance_mm=lift)
+    return KnownScene(machine(joints, shapes, BED_MOVER), p, contact, clearance_mm=lift)
 
 
-def helix_meets_plane() -> Scene:
+def helix_meets_plane() -> KnownScene:
     """S11: a small cube sinks along a helix of pitch 5 and radius 20 onto a slab."""
     joints = [joint("X", [1, 0, 0]), joint("Y", [0, 1, 0], "mover", "m2")]
     joints.append(joint("Z", [0, 0, 1], "m2", "cube"))
@@ -348,13 +350,15 @@ def helix_meets_plane() -> Scene:
     arc = np.array((u, v, lift, 20.0, 20.0, 360.0 * turns), ARC_PIECE)
     shapes = {"bed": box([200, 200, 20], [0, 0, -10]), "cube": box([4, 4, 4], [0, 0, 2])}
     p = path(joints, [20, 0, height], [(seconds, [20, 0, height + lift[2]])], arcs={0: arc})
-    return Scene(machine(joints, shapes, [("bed", "cube")]), p, height / (turns * pitch) * seconds)
+    return KnownScene(
+        machine(joints, shapes, [("bed", "cube")]), p, height / (turns * pitch) * seconds
+    )
 
 
 FLIP_START_S, FLIP_S = 123e-4, 1e-4
 
 
-def flip_within_a_sample() -> Scene:
+def flip_within_a_sample() -> KnownScene:
     """S12: the table turns 180 degrees between two samples, its block passing a pin."""
     pin, block = polygon(16, 4, [-20, 185], 0.1), rectangle([60, 30], [150, 40])
     joints = [joint("C", [0, 0, 1])]
@@ -362,7 +366,7 @@ def flip_within_a_sample() -> Scene:
     pieces = [(FLIP_START_S, [0.0]), (FLIP_S, [180.0]), (1e-3, [180.0])]
     first, last = turn_to_contact(block, pin), max(_touching_turns(block, pin))
     turns = np.linspace(first, last, 201)
-    return Scene(
+    return KnownScene(
         machine(joints, shapes, BED_MOVER),
         path(joints, [0.0], pieces),
         FLIP_START_S + first / pi * FLIP_S,
@@ -416,7 +420,7 @@ def _corner_on_edge(corners: Array, outline: Array, sense: float) -> list[float]
     return found
 
 
-SAMPLED: dict[str, Callable[[], Scene]] = {
+SAMPLED: dict[str, Callable[[], KnownScene]] = {
     "S1": vertex_meets_face,
     "S2": edge_meets_edge,
     "S3": corner_turns_into_wall,
@@ -429,7 +433,7 @@ SAMPLED: dict[str, Callable[[], Scene]] = {
 }
 """Scenes that no sample period up to 1 ms can step over."""
 
-SCENES: dict[str, Callable[[], Scene]] = {
+SCENES: dict[str, Callable[[], KnownScene]] = {
     **SAMPLED,
     "S6 1e-7": partial(arc_grazes_face, 1e-7),
     "S7": blade_through_sheet,

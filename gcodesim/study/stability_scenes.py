@@ -31,7 +31,7 @@ HEAD_MM, LOW_MM = 200.0, -90.0
 
 
 @dataclass(frozen=True)
-class Scene:
+class RandomScene:
     """A machine with a few random shapes, a path, and the sample period [ps]."""
 
     machine: Machine
@@ -47,7 +47,7 @@ class Scene:
         contact = detect(task).contact
         return (contact.sample, contact.pair.name, contact.between) if contact else None
 
-    def reshaped(self, change: Callable[[Array], Array]) -> Scene:
+    def reshaped(self, change: Callable[[Array], Array]) -> RandomScene:
         """The same with the triangles of every part changed."""
         bodies = {
             name: replace(
@@ -57,7 +57,7 @@ class Scene:
         }
         return replace(self, machine=replace(self.machine, bodies=bodies))
 
-    def moved(self, turn: Array, shift: Array) -> Scene:
+    def moved(self, turn: Array, shift: Array) -> RandomScene:
         """The whole machine turned or mirrored by an orthogonal matrix (3, 3), then shifted."""
         hand = round(float(np.linalg.det(turn)))
         joints = tuple(
@@ -73,7 +73,7 @@ class Scene:
         return replace(changed, machine=replace(changed.machine, joints=joints))
 
 
-def random_scene(seed: int) -> Scene:
+def random_scene(seed: int) -> RandomScene:
     """Shapes on saddle, cradle and table, and on the head; lines and circles of five axes."""
     rng = np.random.default_rng([SEED, 100, seed])
     bodies = {}
@@ -89,7 +89,7 @@ def random_scene(seed: int) -> Scene:
         a, c = rng.uniform([-60, -180], [0, 180])
         lines.append(f"G1 X{x:.3f} Y{y:.3f} Z{z:.3f} A{a:.3f} C{c:.3f} F9000.")
         lines.append(f"G2 I{rng.uniform(5, 20):.3f} J{rng.uniform(-9, 9):.3f}")
-    return Scene(machine, path_of("\n".join(lines), machine)[0])
+    return RandomScene(machine, path_of("\n".join(lines), machine)[0])
 
 
 def _shape(rng: np.random.Generator) -> Array:
@@ -105,34 +105,34 @@ def _shape(rng: np.random.Generator) -> Array:
 # --- what must not matter -------------------------------------------------------------------------
 
 
-def other_order(scene: Scene) -> Scene:
+def other_order(scene: RandomScene) -> RandomScene:
     """The triangles of every part in another order."""
     rng = np.random.default_rng(SEED)
     return scene.reshaped(rng.permutation)
 
 
-def other_pairs(scene: Scene) -> Scene:
+def other_pairs(scene: RandomScene) -> RandomScene:
     """The pairs in reverse order, and each the other way round."""
     pairs = tuple(replace(p, a=p.b, b=p.a) for p in reversed(scene.machine.pairs))
     return replace(scene, machine=replace(scene.machine, pairs=pairs))
 
 
-def mirrored(scene: Scene) -> Scene:
+def mirrored(scene: RandomScene) -> RandomScene:
     """All of it as in a mirror across X."""
     return scene.moved(np.diag([-1.0, 1.0, 1.0]), np.zeros(3))
 
 
-def shifted(scene: Scene) -> Scene:
+def shifted(scene: RandomScene) -> RandomScene:
     """All of it a metre away, by a vector of whole millimetres."""
     return scene.moved(np.eye(3), np.array([1024.0, -512.0, 333.0]))
 
 
-def turned(scene: Scene) -> Scene:
+def turned(scene: RandomScene) -> RandomScene:
     """All of it with X, Y and Z exchanged in turn."""
     return scene.moved(np.eye(3)[[1, 2, 0]], np.zeros(3))
 
 
-def refined(scene: Scene) -> Scene:
+def refined(scene: RandomScene) -> RandomScene:
     """Every triangle cut into four at the middles of its edges."""
 
     def quartered(t: Array) -> Array:
@@ -143,14 +143,14 @@ def refined(scene: Scene) -> Scene:
     return scene.reshaped(quartered)
 
 
-def with_far_triangle(scene: Scene) -> Scene:
+def with_far_triangle(scene: RandomScene) -> RandomScene:
     """Every part with one more triangle, a hundred metres away."""
     far = np.array([[[0.0, 0, 0], [9, 0, 0], [0, 9, 0]]]) + [0.0, 0.0, FAR_MM]
     lifts = iter(range(1, 100))
     return scene.reshaped(lambda t: np.concatenate([t, far + [0.0, 0.0, 999.0 * next(lifts)]]))
 
 
-def with_unused_axis(scene: Scene) -> Scene:
+def with_unused_axis(scene: RandomScene) -> RandomScene:
     """A rotary axis under the whole table side that stands still."""
     unit, point = np.array([0.0, 1.0, 0.0]), np.array([7.0, 8.0, 9.0])
     extra = Joint("B", True, "bed", "tilting base", unit, point, -90.0, 90.0, 100.0)
@@ -168,7 +168,7 @@ def with_unused_axis(scene: Scene) -> Scene:
     )
 
 
-def reversed_program(scene: Scene) -> Scene:
+def reversed_program(scene: RandomScene) -> RandomScene:
     """The same way backwards at the same speeds."""
     path, arcs = scene.path, scene.path.arcs.copy()
     angle = np.radians(arcs["sweep"])[:, None]
@@ -190,7 +190,7 @@ def reversed_program(scene: Scene) -> Scene:
     return replace(scene, path=backwards)
 
 
-def half_period(scene: Scene) -> Scene:
+def half_period(scene: RandomScene) -> RandomScene:
     """Twice as many samples."""
     return replace(scene, period_ps=scene.period_ps // 2)
 
@@ -220,7 +220,7 @@ def same_time(before: Answer, after: Answer) -> bool:
     return after[0] in (2 * before[0], 2 * before[0] - 1)
 
 
-Change = Callable[[Scene], Scene]
+Change = Callable[[RandomScene], RandomScene]
 CHANGES: dict[str, tuple[Change, Callable[[Answer, Answer], bool]]] = {
     "triangles permuted": (other_order, same),
     "pairs permuted": (other_pairs, same_sample),

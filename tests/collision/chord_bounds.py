@@ -15,7 +15,7 @@ from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.geometry.closest import ForestArrays
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, path_arrays
-from gcodesim.collision.search.search import LEVEL, Searcher, Settings
+from gcodesim.collision.search.search import LEVEL, Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_SAMPLES, MotionArrays
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Machine
@@ -84,7 +84,7 @@ def random_chords(rng: np.random.Generator) -> Chords:
     scene = build_scene(m.pairs, dict(m.bodies), m.joints, "cpu")
     arrays = path_arrays(path, "cpu")
     forest = build_forest(scene, travelled(m.joints, path))
-    settings = Settings(10**8, MODE_AT_SAMPLES, (0.0,) * len(pairs), 1)
+    settings = SearchSettings(10**8, MODE_AT_SAMPLES, (0.0,) * len(pairs), 1)
     motion = Searcher(scene, forest, path, arrays, m.joints, settings).motion(0, PIECES, LEVEL)
     rows, times = _stretches(rng, path)
     leaves = wp.zeros((len(rows), 2 * len(pairs)), dtype=wp.float64, device="cpu")

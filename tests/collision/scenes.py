@@ -15,7 +15,7 @@ from gcodesim.study.scenes import (
     CONSTANT,
     JERKED,
     Array,
-    Scene,
+    KnownScene,
     joint,
     machine,
     path,
@@ -104,7 +104,7 @@ def unit(rng: np.random.Generator) -> Array:
     return np.asarray(v / np.linalg.norm(v))
 
 
-def random_scene(rng: np.random.Generator, pieces: int = 8) -> Scene:
+def random_scene(rng: np.random.Generator, pieces: int = 8) -> KnownScene:
     """Three or four bodies on a random tree; about half of the scenes collide."""
     joints = random_joints(rng, int(rng.integers(3, 7)), reach=60.0)
     links = ["bed", *(j.child for j in joints)]
@@ -115,4 +115,4 @@ def random_scene(rng: np.random.Generator, pieces: int = 8) -> Scene:
         shapes[link] = {"first": meshes[0], "second": meshes[1]} if k == 0 else meshes[0]
     pairs = [(a, b) for i, a in enumerate(chosen) for b in chosen[i + 1 :]]
     p = random_path(rng, joints, pieces, linear=200, rotary=240)
-    return Scene(machine(joints, shapes, pairs), p, None)
+    return KnownScene(machine(joints, shapes, pairs), p, None)

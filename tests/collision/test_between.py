@@ -1,4 +1,4 @@
-"""Between the samples: what no sample shows is found, and what is only near is told apart."""
+"""Between the samples: what no sample shows is found, and what is only near is no contact."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from gcodesim.motion.path import ToolChange
 from gcodesim.study.scenes import (
     BED_MOVER,
     Array,
-    Scene,
+    KnownScene,
     arc_grazes_face,
     blade_through_sheet,
     box,
@@ -31,7 +31,7 @@ PHASES = 20
 PERIOD_PS = DEFAULT_PERIOD_PS
 
 
-def trial(scene: Scene) -> Trial:
+def trial(scene: KnownScene) -> Trial:
     return Trial(0, scene.machine, scene.path, PERIOD_PS)
 
 
@@ -41,7 +41,7 @@ def trial(scene: Scene) -> Trial:
 @pytest.mark.parametrize("scene", [blade_through_sheet, flip_within_a_sample])
 def test_what_no_sample_shows_is_found(scene: object, device: str) -> None:
     """S7 and S12: before the contact, at a clearance below the tolerance, in every phase."""
-    told = 0
+    unseen = 0
     for j in range(PHASES):
         s = delayed(scene(), j * PERIOD_PS // PHASES)  # type: ignore[operator]
         assert s.contact_s is not None
@@ -54,7 +54,7 @@ def test_what_no_sample_shows_is_found(scene: object, device: str) -> None:
         if not found.between:
             assert answer(run(trial(s), between=True, device=device)) == at_samples
             continue
-        told += 1
+        unseen += 1
         finding = contact_finding(found, first_contact(found, s.path, [""] * 10))
         assert finding.code == "GC107"
         assert found.distance == 0.0
@@ -64,7 +64,7 @@ def test_what_no_sample_shows_is_found(scene: object, device: str) -> None:
         # No earlier than needed, too.
         before = found.time_ps - PERIOD_PS // 100_000
         assert s.clearance_at(before) > TOLERANCE_MM * 0.99
-    assert told == (16 if scene is blade_through_sheet else 19)
+    assert unseen == (16 if scene is blade_through_sheet else 19)
 
 
 @pytest.mark.parametrize("c", [0.5e-3, 0.9e-3, 0.999e-3, 1.001e-3, 2e-3])
@@ -138,7 +138,7 @@ def test_near_at_a_block_end(device: str) -> None:
 
 
 def test_standing_near_takes_no_time(device: str) -> None:
-    """An hour within the tolerance: 36 million samples that nobody can walk."""
+    """An hour within the tolerance: 36 million samples, too many to walk."""
     t = between_walls((0.01, -0.9995, 0), (3600.0, -0.9995, 0), (0.01, 0, 0))
     found = found_in(t, device)
     assert found is not None

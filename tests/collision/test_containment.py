@@ -10,7 +10,7 @@ from collision.detecting import detected
 from gcodesim.collision.detector import Detection
 from gcodesim.collision.instants.containment import contains, shell_vertices, winding_number
 from gcodesim.machine.model import Part
-from gcodesim.study.scenes import Array, Scene, box, joint, machine, path
+from gcodesim.study.scenes import Array, KnownScene, box, joint, machine, path
 
 AT_REST = np.eye(4)
 HALL = box([100, 80, 60])
@@ -20,15 +20,15 @@ def resting(
     shapes: dict[str, Array | dict[str, Array]],
     at: tuple[float, float] = (0.0, 0.0),
     **kwargs: list[str],
-) -> Scene:
+) -> KnownScene:
     """Bodies `inner` (on X Y) and `outer` that move 1 mm along X."""
     joints = [joint("X", [1, 0, 0]), joint("Y", [0, 1, 0], "mover", "inner")]
     joints.append(joint("Z", [0, 0, 1], "bed", "outer"))
     m = machine(joints, shapes, [("inner", "outer")], **kwargs)
-    return Scene(m, path(joints, [*at, 0.0], [(1e-3, [at[0] + 1, at[1], 0.0])]), None)
+    return KnownScene(m, path(joints, [*at, 0.0], [(1e-3, [at[0] + 1, at[1], 0.0])]), None)
 
 
-def run(scene: Scene, method: str = "exhaustive") -> Detection:
+def run(scene: KnownScene, method: str = "exhaustive") -> Detection:
     return detected(scene.machine, scene.path, method=method)
 
 
@@ -56,7 +56,7 @@ def test_body_outside_is_free(at: tuple[float, float]) -> None:
     assert not found.undecided
 
 
-def test_surfaces_that_meet_are_told_as_touching_triangles() -> None:
+def test_surfaces_that_meet_are_reported_as_touching_triangles() -> None:
     contact = run(resting({"inner": box([4, 4, 4]), "outer": HALL}, (49.0, 0.0))).contact
     assert contact is not None
     assert contact.triangles is not None

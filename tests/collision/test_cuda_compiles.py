@@ -33,7 +33,7 @@ def kernel_modules() -> list[str]:
 
 
 def test_there_are_kernels_to_compile() -> None:
-    assert {"gcodesim.collision.baseline.exhaustive", QUICK} <= {*kernel_modules()}
+    assert {"gcodesim.collision.instants.touches", QUICK} <= {*kernel_modules()}
 
 
 @pytest.mark.parametrize(

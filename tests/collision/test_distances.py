@@ -19,7 +19,7 @@ from gcodesim.collision.views.distances import (
 )
 from gcodesim.constants import DISTANCE_GOOD_TO_MM as GOOD_TO_MM
 from gcodesim.motion.path import ToolChange
-from gcodesim.study.scenes import SCENES, Array, Scene, arc_grazes_face, exact_clearance, path
+from gcodesim.study.scenes import SCENES, Array, KnownScene, arc_grazes_face, exact_clearance, path
 
 NONE = np.zeros(0, np.int64)
 
@@ -32,10 +32,10 @@ def spans(found: Distances) -> Array:
 
 @pytest.mark.parametrize("name", SCENES)
 def test_distances_are_those_of_exact_arithmetic(name: str, device: str) -> None:
-    scene: Scene = SCENES[name]()
-    told = [] if scene.contact_s is None else [round(scene.contact_s * 1e12) + 1]
-    found = distances(scene.machine, scene.path, device, np.array(told, np.int64))
-    assert set(told) <= set(found.time_ps.tolist())
+    scene: KnownScene = SCENES[name]()
+    asked = [] if scene.contact_s is None else [round(scene.contact_s * 1e12) + 1]
+    found = distances(scene.machine, scene.path, device, np.array(asked, np.int64))
+    assert set(asked) <= set(found.time_ps.tolist())
     for frame in range(0, len(found.time_ps), 25):
         true = scene.clearance_at(int(found.time_ps[frame]))
         assert found.distance[frame, 0] == pytest.approx(true, abs=2 * GOOD_TO_MM)
@@ -84,11 +84,11 @@ def test_the_nearest_moment(device: str) -> None:
 
 def test_frames_are_fewer_where_each_costs_more(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = random_scene(np.random.default_rng(1))
-    told = np.array([scene.path.duration_ps // 7])
+    asked = np.array([scene.path.duration_ps // 7])
 
     def frames() -> int:
-        found = distances(scene.machine, scene.path, "cpu", told)
-        assert {0, *told.tolist(), scene.path.duration_ps} <= set(found.time_ps.tolist())
+        found = distances(scene.machine, scene.path, "cpu", asked)
+        assert {0, *asked.tolist(), scene.path.duration_ps} <= set(found.time_ps.tolist())
         return len(found.time_ps)
 
     assert frames() == FRAMES + 1
@@ -98,7 +98,7 @@ def test_frames_are_fewer_where_each_costs_more(monkeypatch: pytest.MonkeyPatch)
     assert frames() == FEWEST + 1
 
 
-def test_nothing_is_told_of_a_program_without_motion() -> None:
+def test_nothing_is_measured_of_a_program_without_motion() -> None:
     scene = random_scene(np.random.default_rng(2))
     still = path(scene.machine.joints, np.zeros(len(scene.machine.joints)), [])
     found = distances(scene.machine, still, "cpu", NONE)

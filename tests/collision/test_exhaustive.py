@@ -11,7 +11,7 @@ from collision.detecting import detected
 from collision.scenes import random_joints, random_mesh, random_scene
 from numpy.typing import NDArray
 
-from gcodesim.collision import detector
+from gcodesim.collision.baseline import exhaustive
 from gcodesim.collision.bodies import scene as scene_module
 from gcodesim.collision.bodies.regions import build_regions, snapped
 from gcodesim.collision.search.events import Contact
@@ -20,7 +20,7 @@ from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
 from gcodesim.study.exact import label
 from gcodesim.study.families import generate
-from gcodesim.study.scenes import BED_MOVER, Array, Scene, box, joint, machine, path
+from gcodesim.study.scenes import BED_MOVER, Array, KnownScene, box, joint, machine, path
 
 PERIOD_PS = 1_000_000_000
 SEEDS = range(24)
@@ -86,7 +86,7 @@ def as_answer(m: Machine, contact: Contact | None) -> Answer | None:
     return contact.sample, pair, (numbers[0], numbers[1]), contact.time_ps
 
 
-def scenes() -> list[Scene]:
+def scenes() -> list[KnownScene]:
     return [random_scene(np.random.default_rng(seed)) for seed in SEEDS]
 
 
@@ -105,7 +105,7 @@ def test_answer_equals_brute_force(device: str) -> None:
 @pytest.mark.parametrize("count", [1, 3, 7, 64])
 def test_windows_change_nothing(count: int, device: str, monkeypatch: pytest.MonkeyPatch) -> None:
     whole_run = [as_answer(s.machine, first(s.machine, s.path, device)) for s in scenes()]
-    monkeypatch.setattr(detector, "WINDOW", count)
+    monkeypatch.setattr(exhaustive, "WINDOW", count)
     split = [as_answer(s.machine, first(s.machine, s.path, device)) for s in scenes()]
     assert split == whole_run
 
@@ -205,7 +205,7 @@ def slider_path(*pieces: tuple[float, float]) -> Path:
 def test_block_ends_between_samples_are_looked_at(
     count: int, dwell: float, device: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(detector, "WINDOW", count)
+    monkeypatch.setattr(exhaustive, "WINDOW", count)
     # In and out between samples 6 and 7, then standing still beyond the end of any short window.
     p = slider_path((6.2, 1.0), (0.2, 4.0), (0.2, 1.0), (dwell, 1.0), (1.0, 1.5))
     contact = first(slider(), p, device)

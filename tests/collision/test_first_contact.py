@@ -12,7 +12,7 @@ from gcodesim.collision.detector import Detection
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.study.scenes import (
     SAMPLED,
-    Scene,
+    KnownScene,
     arc_grazes_face,
     blade_through_sheet,
     cube_on_slab,
@@ -25,7 +25,7 @@ FRACTION_MARGIN = 1e-5  # of a period: nearer to a sample, rounding would decide
 
 
 def run(
-    scene: Scene,
+    scene: KnownScene,
     period_ps: int = DEFAULT_PERIOD_PS,
     device: str = "cpu",
     method: str = "exhaustive",
@@ -38,7 +38,7 @@ def found_sample(*args: object, **kwargs: object) -> int | None:
     return contact.sample if contact else None
 
 
-def expected_sample(scene: Scene, period_ps: int) -> int:
+def expected_sample(scene: KnownScene, period_ps: int) -> int:
     assert scene.contact_s is not None
     exact = scene.contact_s * 1e12 / period_ps
     assert abs(exact - round(exact)) > FRACTION_MARGIN

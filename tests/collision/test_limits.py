@@ -1,4 +1,4 @@
-"""Limits over time: never reached unsaid, never said too early, and however the path is cut."""
+"""Limits over time: none is missed, none is reported too early, however the path is cut."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gcodesim.checking.flow import check_program
 from gcodesim.checking.options import Options
 from gcodesim.checking.verdict import CheckResult
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bodies.scene import build_scene
 from gcodesim.collision.bounds.departure import Departures, departures
 from gcodesim.collision.bounds.forest import build_forest
@@ -25,9 +25,8 @@ from gcodesim.collision.search.approach import distances_at, nearest_at
 from gcodesim.collision.search.clearance import every_place
 from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, Reach, first_reached
 from gcodesim.collision.search.intervals import contact_intervals
-from gcodesim.collision.search.search import Searcher, Settings
+from gcodesim.collision.search.search import Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES
-from gcodesim.constants import PAIR_BITS
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Servo
 from gcodesim.machine.spindle import bodies_in_place
@@ -72,7 +71,7 @@ def random_case(seed: int) -> Case:
         lag_over_time(path, m),
     )
     free = (0.0,) * len(m.pairs)
-    settings = Settings(trial.period_ps, MODE_AT_ALL_TIMES, free, 2)
+    settings = SearchSettings(trial.period_ps, MODE_AT_ALL_TIMES, free, 2)
     forest = build_forest(scene, joints)
     searcher = Searcher(scene, forest, path, path_arrays(path, "cpu"), joints, settings)
     clearances = rng.choice([LEFT_OUT, 0.0, 1.0, 10.0], len(m.pairs), p=[0.1, 0.5, 0.2, 0.2])
@@ -84,7 +83,7 @@ def limit_at(case: Case, pair: int, times: NDArray[np.int64]) -> NDArray[np.floa
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_the_first_time_at_a_limit_is_neither_missed_nor_said_too_early(seed: int) -> None:
+def test_the_first_time_at_a_limit_is_neither_missed_nor_reported_too_early(seed: int) -> None:
     case = random_case(seed)
     searcher, path = case.searcher, case.searcher.path
     limits = Limits(case.clearances, case.departures)
@@ -123,7 +122,7 @@ def started(path: MotionPath, time_ps: int) -> int:
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_every_place_that_is_too_near_is_told_once(seed: int) -> None:
+def test_every_place_that_is_too_near_is_reported_once(seed: int) -> None:
     case = random_case(seed)
     searcher, path = case.searcher, case.searcher.path
     contacts = contact_intervals(searcher, Span(0, path.duration_ps, None, 0))
@@ -131,15 +130,15 @@ def test_every_place_that_is_too_near_is_told_once(seed: int) -> None:
     places = every_place(searcher, case.clearances, case.departures, stretch, contacts)
     times = np.unique(np.random.default_rng([33, seed]).integers(1, path.duration_ps, INSTANTS))
     for pair, asked in enumerate(case.clearances):
-        # A touch that is not excluded is told in place of a clearance that is lost before.
-        told = [(started(path, p.time_ps), p.end_ps) for p in places if p.pair == pair]
-        assert asked >= 0.0 or not told
-        assert all(end <= later for (_, end), (later, _) in pairwise(told))
+        # A touch that is not excluded is reported in place of a clearance that is lost before.
+        stretches = [(started(path, p.time_ps), p.end_ps) for p in places if p.pair == pair]
+        assert asked >= 0.0 or not stretches
+        assert all(end <= later for (_, end), (later, _) in pairwise(stretches))
         touching = [(c.start_ps, c.end_ps) for c in contacts if c.pair == pair]
         if asked < 0.0 or touching:
             continue
         reached = distances_at(searcher, pair, times) <= limit_at(case, pair, times) - GOOD_TO
-        assert all(any(a <= t <= b for a, b in told) for t in times[reached].tolist())
+        assert all(any(a <= t <= b for a, b in stretches) for t in times[reached].tolist())
 
 
 def test_two_places_of_one_pair(tmp_path: Path) -> None:
@@ -175,6 +174,6 @@ def test_cutting_the_path_up_changes_nothing(seed: int) -> None:
         with cut_up(setup):
             assert first_reached(case.searcher, limits, 0, len(path), NO_CONTACT) == whole
     for pair, reach in whole.items():
-        before = (reach.time_ps // case.searcher.settings.period_ps - 1 << PAIR_BITS) + pair
+        before = contact_key(reach.time_ps // case.searcher.settings.period_ps - 1, pair)
         early = first_reached(case.searcher, limits, 0, len(path), max(before, 0))
         assert pair not in early

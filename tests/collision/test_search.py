@@ -26,7 +26,7 @@ from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.model import Machine
 from gcodesim.study.scenes import (
     SAMPLED,
-    Scene,
+    KnownScene,
     arc_grazes_face,
     blade_through_sheet,
     box,
@@ -53,7 +53,7 @@ MARGINS = {0: 1e-6, 4: -1e-6, 20: 1e-3, 22: -1e-3, 30: 0.3, 35: 1e-2, 40: -1e-2,
 """Seed -> depth of the grazing contact [mm], negative = clearance of the near miss."""
 
 
-def trial(scene: Scene, period_ps: int = DEFAULT_PERIOD_PS) -> Trial:
+def trial(scene: KnownScene, period_ps: int = DEFAULT_PERIOD_PS) -> Trial:
     return Trial(0, scene.machine, scene.path, period_ps)
 
 
@@ -163,7 +163,7 @@ def test_two_runs_are_equal() -> None:
 
 
 def slider(*names: str) -> Machine:
-    """A 2 mm cube at X0 between walls whose faces stand at X-4 and X4, named as told."""
+    """A 2 mm cube at X0 between walls whose faces stand at X-4 and X4, named as asked."""
     joints = [joint("X", [1, 0, 0]), joint("Y", [0, 1, 0], "bed", names[0])]
     joints.append(joint("Z", [0, 0, 1], "bed", names[1]))
     shapes = {"mover": box([2, 2, 2])}
@@ -219,15 +219,15 @@ def test_a_full_stack_is_split_and_run_again(device: str) -> None:
 def test_what_no_split_can_settle_is_never_an_answer(device: str) -> None:
     with patch.object(search, "STACK_LIMIT", 6):
         found = [run(t, between=True, device=device) for t in trials()]
-    told = 0
+    undecided = 0
     for t, detection, at_samples in zip(trials(), found, truth(), strict=True):
         codes = [f.code for f in detection_findings(detection, t.machine, t.path)]
         assert ("GC901" in codes) == any(f.overflows for f in detection.findings)
-        told += "GC901" in codes
+        undecided += "GC901" in codes
         contact = answer(detection)
         if "GC901" not in codes and not (contact and contact[5]):
             assert contact == at_samples
-    assert told > 3
+    assert undecided > 3
 
 
 def test_roots_are_halved_down_to_one_sample() -> None:

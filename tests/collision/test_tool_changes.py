@@ -67,9 +67,9 @@ def test_a_tool_that_appears_in_contact_is_named_with_its_block() -> None:
     found, p = run(spindle({1: 20.0, 2: 45.0}), [-26, 0], [(0, 1), (1, 2)])
     assert found.contact is not None
     assert (found.contact.sample, found.contact.appears) == (1, True)
-    told = first_contact(found.contact, p, LINES)
-    assert (told.tool, told.line, told.block, told.axes) == (2, 3, "T2 M6", {"Z": -26.0})
-    finding = contact_finding(found.contact, told)
+    first = first_contact(found.contact, p, LINES)
+    assert (first.tool, first.line, first.block, first.axes) == (2, 3, "T2 M6", {"Z": -26.0})
+    finding = contact_finding(found.contact, first)
     assert (finding.code, finding.tool) == ("GC106", 2)
 
 

@@ -52,14 +52,14 @@ def test_a_circle_crosses_its_limit_inside_the_arc(turns: int) -> None:
     assert "X reaches -20 mm, 5 mm beyond" in finding.message
 
 
-def test_a_circle_that_leaves_on_both_sides_is_told_twice() -> None:
+def test_a_circle_that_leaves_on_both_sides_is_reported_twice() -> None:
     circle = {"kind": ARC, "to": (0, 0), "center": (-10, 0, 0), "f": 600}
     both = found(circle, Y=(-8, 8))
     assert [f.message[:12] for f in both] == ["Y reaches 10", "Y reaches -1"]
     assert both[1].time_s == pytest.approx(pi + asin((8 + SLACK) / 10), abs=1e-9)
 
 
-def test_an_excursion_is_told_once_with_its_farthest_position() -> None:
+def test_an_excursion_is_reported_once_with_its_farthest_position() -> None:
     stops = [5, 11, 14, 12, 9, 8, 13, 0]
     rows = [{"kind": FEED, "to": (x,), "f": 600} for x in stops]
     first, second = found(*rows, X=(-10, 10))
@@ -80,7 +80,7 @@ def test_ending_on_a_limit_is_no_finding() -> None:
     assert len(found({**on, "to": (10 + 2 * SLACK,)}, **travel)) == 1
 
 
-def test_starting_beyond_a_limit_is_told_at_once() -> None:
+def test_starting_beyond_a_limit_is_reported_at_once() -> None:
     start = (20.0, 0, 0, 0, 0, 0)
     (finding,) = found({"kind": FEED, "to": (5,), "f": 600}, start=start, X=(-10, 10))
     assert finding.time_s == 0.0

@@ -104,7 +104,7 @@ def test_moves_without_way_take_no_time_and_dwells_stand_still() -> None:
     assert path.q0[1].tolist() == path.q1[1].tolist() == [5, 0, 0, 0, 0]
 
 
-def test_a_feed_no_axis_can_keep_is_stretched_and_said_so() -> None:
+def test_a_feed_no_axis_can_keep_is_stretched_and_reported() -> None:
     rows = [
         {"kind": FEED, "to": (500, 0, 0), "f": 30_000},  # exactly the rapid rate
         {"kind": FEED, "to": (501, 0, 0, 0, 0, 200), "f": 60},  # C needs 2 s for 1 mm
@@ -118,7 +118,7 @@ def test_a_feed_no_axis_can_keep_is_stretched_and_said_so() -> None:
     assert codes(program(rows[:1])) == []
 
 
-def test_an_arc_that_is_stretched_is_said_so_too() -> None:
+def test_an_arc_that_is_stretched_is_reported_too() -> None:
     row = {"kind": ARC, "to": (0, 20, 600), "center": (0, 10, 0), "f": 600_000}
     path, findings = plan(program([row]), axes_machine())
     assert path.duration_s == 1.2  # Z at its rapid rate

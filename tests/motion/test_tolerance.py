@@ -51,7 +51,7 @@ def read(*blocks: str) -> CanonicalProgram:
         (["G64 P0.7"], UNKNOWN, 0.0, ""),
     ],
 )  # fmt: skip
-def test_what_is_allowed_and_what_is_said(
+def test_what_is_allowed_and_what_is_reported(
     blocks: list[str], given: dict[str, float | None], largest: float, sentence: str
 ) -> None:
     machine = replace(axes_machine(), path_tolerance=given)

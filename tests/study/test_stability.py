@@ -76,7 +76,7 @@ def float32_window(path: Any, span: Any, first: int, *more: Any) -> Instants:
     return Instants(time, path.piece_at(time), np.array([first]))
 
 
-def shrunk(scene: stability_scenes.Scene) -> stability_scenes.Scene:
+def shrunk(scene: stability_scenes.RandomScene) -> stability_scenes.RandomScene:
     return scene.reshaped(lambda t: t * 0.9)
 
 

@@ -18,7 +18,6 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import InstantArrays, Work, instant_arrays
 from gcodesim.collision.bodies.reach import reachable
 from gcodesim.collision.bodies.regions import build_regions
 from gcodesim.collision.bodies.scene import Scene
@@ -26,6 +25,8 @@ from gcodesim.collision.geometry.boxes import aabbs_overlap, posed_triangle, tri
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, pair_pose
 from gcodesim.collision.geometry.predicates import GUARD, abs_vec, edge, separates, triangles_touch
+from gcodesim.collision.instants.touches import InstantArrays, instant_arrays
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.machine.model import Joint
 from gcodesim.motion.samples import Instants
 
@@ -51,7 +52,7 @@ class PaperPair:
 
 
 @wp.kernel
-def pose_triangles(
+def pose_at_instants(
     path: PathArrays,
     chains: ChainArrays,
     pair: wp.int32,
@@ -200,7 +201,7 @@ def _halves(triangles: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
 
 
 def first_contact_paper(
-    scene: Scene, prepared: list[PaperPair], path: PathArrays, instants: Instants, work: Work
+    scene: Scene, prepared: list[PaperPair], path: PathArrays, instants: Instants, work: WorkCounts
 ) -> tuple[int, int] | None:
     """First (sample, pair index) in contact among the instants, None when all are free."""
     for start in range(0, len(instants), BATCH):
@@ -216,7 +217,7 @@ def first_contact_paper(
 
 
 def detect_pair(
-    scene: Scene, pair: PaperPair, path: PathArrays, instants: InstantArrays, work: Work
+    scene: Scene, pair: PaperPair, path: PathArrays, instants: InstantArrays, work: WorkCounts
 ) -> NDArray[np.int32]:
     """Collision flag of one pair at each instant, shape (instants,)."""
     device = scene.device
@@ -227,7 +228,7 @@ def detect_pair(
     flags = wp.zeros(count, dtype=wp.int32, device=device)
     tests = wp.zeros(1, dtype=wp.int64, device=device)
     wp.launch(
-        pose_triangles,
+        pose_at_instants,
         dim=(count, m),
         inputs=[path, scene.chains, pair.pair, instants, pair.triangles_b],
         outputs=[posed],

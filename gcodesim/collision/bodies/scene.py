@@ -37,7 +37,7 @@ class SceneArrays:
 
 
 @dataclass(frozen=True)
-class Shape:
+class CheckedShape:
     """The parts of a body that count for a pair, as one triangle list."""
 
     body: str
@@ -66,10 +66,18 @@ class Scene:
 
     device: str
     pairs: tuple[Pair, ...]
-    shapes: tuple[tuple[Shape, Shape], ...]
+    shapes: tuple[tuple[CheckedShape, CheckedShape], ...]
     links: tuple[tuple[str, str], ...]
     chains: ChainArrays
     arrays: SceneArrays
+
+
+def is_present(pair: Pair, bodies: dict[str, Body]) -> bool:
+    """Whether both bodies are there, with at least one of the parts that count."""
+    return all(
+        name in bodies and any(wanted is None or p.name in wanted for p in bodies[name].parts)
+        for name, wanted in ((pair.a, pair.parts_a), (pair.b, pair.parts_b))
+    )
 
 
 def build_scene(
@@ -79,9 +87,9 @@ def build_scene(
     device: str,
 ) -> Scene:
     """Lay out the pairs whose bodies are all present and have triangles."""
-    used: dict[tuple[str, tuple[Part, ...]], Shape] = {}
+    used: dict[tuple[str, tuple[Part, ...]], CheckedShape] = {}
 
-    def shape(body: str, parts: tuple[str, ...] | None) -> Shape:
+    def shape(body: str, parts: tuple[str, ...] | None) -> CheckedShape:
         chosen = tuple(p for p in bodies[body].parts if parts is None or p.name in parts)
         return used.setdefault((body, chosen), _shape(body, chosen))
 
@@ -98,8 +106,10 @@ def build_scene(
 
 
 @lru_cache(SHAPES_KEPT)
-def _shape(body: str, parts: tuple[Part, ...]) -> Shape:
-    return Shape(body, parts, build_regions(np.concatenate([part.triangles for part in parts])))
+def _shape(body: str, parts: tuple[Part, ...]) -> CheckedShape:
+    return CheckedShape(
+        body, parts, build_regions(np.concatenate([part.triangles for part in parts]))
+    )
 
 
 def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:
@@ -112,7 +122,9 @@ def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:
     return replace(scene, shapes=shapes, arrays=_scene_arrays(shapes, scene.device))
 
 
-def _scene_arrays(shapes: tuple[tuple[Shape, Shape], ...], device: str) -> SceneArrays:
+def _scene_arrays(
+    shapes: tuple[tuple[CheckedShape, CheckedShape], ...], device: str
+) -> SceneArrays:
     """Concatenate the shapes, each once, and point every pair at its regions."""
     unique = list({id(s): s.regions for pair in shapes for s in pair}.items())
     triangle_at = np.cumsum([0, *(len(r.triangles) for _, r in unique)])

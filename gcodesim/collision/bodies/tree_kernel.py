@@ -74,7 +74,7 @@ class Working:
 
 
 @wp.struct
-class Cut:
+class NodeCut:
     """The cut of a node: the triangles up to `size` along `axis` go to the first child."""
 
     axis: wp.int32
@@ -83,7 +83,7 @@ class Cut:
 
 
 @wp.struct
-class Box:
+class FramedBox:
     """A box in a frame, and what it costs."""
 
     frame: wp.mat33d
@@ -101,7 +101,7 @@ def half_surface(d: wp.vec3d):
 @wp.func
 def box_in_frame(work: Working, first: wp.int32, count: wp.int32, frame: wp.mat33d):
     """The smallest box of some triangles with the rows of `frame` as axes."""
-    box = Box()
+    box = FramedBox()
     box.frame = frame
     box.low = wp.vec3d(FAR, FAR, FAR)
     box.high = -box.low
@@ -227,7 +227,7 @@ def cut_along(work: Working, first: wp.int32, count: wp.int32, axis: wp.int32):
         low = wp.min(low, work.low[triangle])
         high = wp.max(high, work.high[triangle])
         work.area[k] = half_surface(high - low)
-    best = Cut()
+    best = NodeCut()
     best.axis = axis
     best.cost = wp.float64(wp.inf)
     low = wp.vec3d(FAR, FAR, FAR)
@@ -271,7 +271,7 @@ def best_cut(work: Working, first: wp.int32, count: wp.int32):
 
 
 @wp.func
-def part(work: Working, first: wp.int32, count: wp.int32, cut: Cut):
+def part(work: Working, first: wp.int32, count: wp.int32, cut: NodeCut):
     """Reorder the triangles of a node along every axis: first child, then second."""
     for k in range(count):
         work.second[work.order[cut.axis, first + k]] = wp.where(k < cut.size, 0, 1)

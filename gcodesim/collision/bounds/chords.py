@@ -1,6 +1,6 @@
 """Chord bounds on the device: poses at the ends of a stretch, and how far a node leaves the chord.
 
-The device side of bounds.py, where the theorem stands.
+The device side of motion_bounds.py, where the theorem stands.
 """
 
 import warp as wp
@@ -18,7 +18,7 @@ ROUNDED_UP = wp.constant(wp.float64(1.0 + 1.0e-12))
 
 @wp.struct
 class MotionArrays:
-    """Dyadic runs of pieces and the poses at their ends; see bounds.Motion.
+    """Dyadic runs of pieces and the poses at their ends; see motion_bounds.MotionTables.
 
     Row of level l, run i: level_first[l] + i. Pieces count from `first`.
     """
@@ -77,7 +77,7 @@ def side_pose(
 
 @wp.func
 def sagitta(path: PathArrays, arc: wp.int32, part: wp.float64):
-    """Largest distance from its chord of a part (in path fraction) of an arc; see bounds.py."""
+    """Largest distance from its chord of a part (in path fraction) of an arc: see arc_sagitta."""
     size = path.arc_size[arc]
     angle = wp.abs(size[2]) * RADIAN * part
     radius = wp.max(size[0], size[1])

@@ -1,7 +1,7 @@
 """Departure: how far a pair may stand from where the path has it, and from sample to sample.
 
 Three things keep a machine off the path that is checked: a control that rounds corners within a
-stated tolerance, drives that lag behind, and pieces that stand for a move under tool centre point
+stated tolerance, drives that lag, and straight pieces in place of a move under tool centre point
 control. Each is bounded before the search, which then proves that much more distance: the lag of
 the drives by what it can be at that time, the others by their largest value.
 """
@@ -25,7 +25,7 @@ from gcodesim.motion.speeds import piece_speeds
 
 
 @dataclass(frozen=True)
-class Step:
+class SampleStep:
     """How far a vertex of one body moves against its partner from one sample to the next.
 
     Attributes:
@@ -78,7 +78,7 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departu
 
     A joint that is off by e moves a point of the body it carries by at most e, or by e times its
     distance from the axis when it turns; what the joints between two bodies do adds up. (The
-    deviation bound of bounds.py, for a deviation that lasts.)
+    deviation bound of motion_bounds.py, for a deviation that lasts.)
 
     Args:
         scene: the pairs.
@@ -103,14 +103,14 @@ def departures(scene: Scene, joints: tuple[Joint, ...], off: OffPath) -> Departu
 
 def largest_step(
     scene: Scene, joints: tuple[Joint, ...], path: Path, pieces: slice, period_ps: int
-) -> Step | None:
+) -> SampleStep | None:
     """The largest step from sample to sample of any pair on some pieces; None without motion."""
     speeds = piece_speeds(path, pieces)
     if not len(speeds) or not scene.pairs:
         return None
     steps = speeds @ joint_levers(scene, joints).T * (period_ps / PS_PER_S)
     piece, pair = np.unravel_index(int(np.argmax(steps)), steps.shape)
-    return Step(float(steps[piece, pair]), int(pair), (pieces.start or 0) + int(piece))
+    return SampleStep(float(steps[piece, pair]), int(pair), (pieces.start or 0) + int(piece))
 
 
 def joint_levers(scene: Scene, joints: tuple[Joint, ...]) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.bodies.scene import Scene, Shape
+from gcodesim.collision.bodies.scene import CheckedShape, Scene
 from gcodesim.collision.bodies.trees import Tree, build_tree
 from gcodesim.collision.bounds.motion_bounds import common_frame, levers
 from gcodesim.collision.geometry.closest import ForestArrays
@@ -80,7 +80,7 @@ def build_trees(scene: Scene) -> tuple[ForestArrays, dict[int, Tree], Ints]:
 
 
 def _tree_arrays(
-    scene: Scene, shapes: list[Shape], trees: list[Tree], node_at: Ints
+    scene: Scene, shapes: list[CheckedShape], trees: list[Tree], node_at: Ints
 ) -> ForestArrays:
     device = scene.device
     triangle_at = np.cumsum([0, *(len(s.regions.triangles) for s in shapes)])

@@ -8,11 +8,11 @@ that no remaining pair needs, cost nothing either; they are named so that the re
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.checking.verdict import LeftOut
 from gcodesim.collision.bodies.reach import Boxes, sweep
 from gcodesim.collision.bodies.regions import Regions
 from gcodesim.collision.bodies.scene import Scene, restricted
@@ -22,27 +22,6 @@ from gcodesim.machine.model import Joint
 
 MOST_BOXES = 128
 """Boxes of a body that are compared with those of another; more are joined, neighbours first."""
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """One thing that was not looked at, and why that is sound.
-
-    Attributes:
-        what: pair, axis or body.
-        why: one short sentence.
-        bound_mm: distance that had to be proved [mm].
-        margin_mm: distance proved beyond it [mm]; 0 where no distance is involved.
-        saved_tests: tests at samples that were not needed.
-        triangles: triangles of a body that were left out, it and its pairs staying.
-    """
-
-    what: str
-    why: str
-    bound_mm: float = 0.0
-    margin_mm: float = 0.0
-    saved_tests: int = 0
-    triangles: int = 0
 
 
 def swept_partners(scene: Scene, joints: tuple[Joint, ...]) -> list[Boxes]:

@@ -39,7 +39,7 @@ SWEEP_STEPS = 24
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionTables:
     """Displacements and deviations of dyadic runs of pieces, level by level.
 
     Attributes:
@@ -54,7 +54,7 @@ class Motion:
 
 
 def common_frame(joints: tuple[Joint, ...], a: str, b: str) -> str:
-    """The link on the way from a to b in whose frame the bound is tightest.
+    """The link on the chain from a to b in whose frame the bound is tightest.
 
     Curvature comes from rotary joints that carry others; the best frame has the fewest linear
     joints, then the fewest rotary ones, beyond a rotary joint.
@@ -186,7 +186,9 @@ def arc_sagitta(arcs: NDArray[np.void]) -> Floats:
     return np.minimum((radius * angle**2 + 2.0 * grown * angle) / 8.0, 2.0 * radius)
 
 
-def dyadic_motion(path: Path, joints: tuple[Joint, ...], first: int, end: int, top: int) -> Motion:
+def dyadic_motion(
+    path: Path, joints: tuple[Joint, ...], first: int, end: int, top: int
+) -> MotionTables:
     """Tables of all dyadic runs of the pieces first..end up to 2^top pieces, padded at rest.
 
     The deviation of a run is that of its halves plus the distance of its middle from its chord.
@@ -207,4 +209,6 @@ def dyadic_motion(path: Path, joints: tuple[Joint, ...], first: int, end: int, t
         level_first.append(level_first[-1] + len(all_moved[-1]))
         all_moved.append(np.abs(np.diff(ends, axis=0)))
         all_deviation.append(np.maximum(halves[::2], halves[1::2]) + bent)
-    return Motion(np.array(level_first, np.int32), np.vstack(all_moved), np.vstack(all_deviation))
+    return MotionTables(
+        np.array(level_first, np.int32), np.vstack(all_moved), np.vstack(all_deviation)
+    )

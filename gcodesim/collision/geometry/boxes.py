@@ -14,7 +14,7 @@ PLANE_ERROR = wp.constant(wp.float64(32.0 * 2.0**-53))
 
 
 @wp.struct
-class Box:
+class AlignedBox:
     """Lowest and highest corner [mm]."""
 
     low: wp.vec3d
@@ -33,14 +33,14 @@ def posed_box(pose: Pose, size: wp.mat33d, low: wp.vec3d, high: wp.vec3d):
     half = wp.float64(0.5)
     centre = pose.R * (half * (low + high)) + pose.t
     extent = size * (half * (high - low)) + wp.vec3d(SLACK, SLACK, SLACK)
-    box = Box()
+    box = AlignedBox()
     box.low = centre - extent
     box.high = centre + extent
     return box
 
 
 @wp.func
-def aabbs_overlap(a: Box, low: wp.vec3d, high: wp.vec3d):
+def aabbs_overlap(a: AlignedBox, low: wp.vec3d, high: wp.vec3d):
     """Overlap or touch of a box with the box (low, high)."""
     if a.low[0] > high[0] or low[0] > a.high[0]:
         return False
@@ -60,7 +60,7 @@ def posed_triangle(pose: Pose, t: wp.mat33d):
 
 
 @wp.func
-def plane_clears_box(t: wp.mat33d, box: Box):
+def plane_clears_box(t: wp.mat33d, box: AlignedBox):
     """Certify that a box lies on one side of the plane of a triangle.
 
     Like predicates.separates: the normal may be rounded in any way, the gap must exceed a bound of
@@ -95,7 +95,7 @@ def inverse(pose: Pose):
 @wp.func
 def triangle_box(t: wp.mat33d):
     """Exact box of a triangle."""
-    box = Box()
+    box = AlignedBox()
     box.low = wp.min(t[0], wp.min(t[1], t[2]))
     box.high = wp.max(t[0], wp.max(t[1], t[2]))
     return box

@@ -33,9 +33,20 @@ class ForestArrays:
     size: wp.array[wp.float64]
     triangles: wp.array[wp.mat33d]
     root: wp.array[wp.int32]  # side (2 pair, 2 pair + 1) -> root node
-    lever: wp.array[wp.float64]  # [mm], see bounds.py
+    lever: wp.array[wp.float64]  # [mm], see motion_bounds.py
     lever_first: wp.array[wp.int32]  # side -> lever of node 0 and the first rotary joint
     lever_count: wp.array[wp.int32]  # side -> rotary joints, the stride of `lever`
+
+
+@wp.func
+def child_nodes(forest: ForestArrays, a: wp.int32, b: wp.int32, second: wp.bool):
+    """One of the two pairs of nodes that the larger node of a pair splits into."""
+    splits_a = forest.triangle[b] >= 0
+    if forest.triangle[a] < 0 and forest.size[a] > forest.size[b]:
+        splits_a = True
+    if splits_a:
+        return wp.vec2i(wp.where(second, forest.right[a], forest.left[a]), b)
+    return wp.vec2i(a, wp.where(second, forest.right[b], forest.left[b]))
 
 
 @wp.func

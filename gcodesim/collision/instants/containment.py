@@ -63,7 +63,7 @@ def contains(outer: Part, inner: Part, pose: NDArray[np.float64]) -> bool | None
         return posed[np.all((posed > low) & (posed < high), axis=1)]
 
     if not len(in_box(inner.triangles.reshape(-1, 3))):
-        return False  # Most pairs stand apart: their shells need not be told from each other.
+        return False  # Most pairs are apart: no need to separate their shells.
     near = in_box(shell_vertices(inner.triangles))
     if len(near) and not outer.closed:
         return None

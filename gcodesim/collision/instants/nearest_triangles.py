@@ -14,6 +14,7 @@ from gcodesim.collision.geometry.closest import (
     ForestArrays,
     aim_at_node,
     between_triangles,
+    child_nodes,
     node_gap,
 )
 from gcodesim.collision.geometry.device import BIT_EQUAL, lent
@@ -35,18 +36,6 @@ def apart(forest: ForestArrays, nodes: wp.vec2i, pose: Pose):
     a, b = nodes[0], nodes[1]
     at_b = pose.R * forest.centre[b] + pose.t
     return wp.length(forest.centre[a] - at_b) - forest.size[a] - forest.size[b]
-
-
-@wp.func
-def child_of(forest: ForestArrays, nodes: wp.vec2i, second: wp.bool):
-    """One of the two pairs of nodes that the larger node of a pair splits into."""
-    a, b = nodes[0], nodes[1]
-    splits_a = forest.triangle[b] >= 0
-    if forest.triangle[a] < 0 and forest.size[a] > forest.size[b]:
-        splits_a = True
-    if splits_a:
-        return wp.vec2i(wp.where(second, forest.right[a], forest.left[a]), b)
-    return wp.vec2i(a, wp.where(second, forest.right[b], forest.left[b]))
 
 
 @wp.kernel
@@ -93,8 +82,8 @@ def find_nearest_triangles(
         if top + 2 > STACK:
             best = UNDECIDED
             break
-        first = child_of(forest, nodes, False)
-        second = child_of(forest, nodes, True)
+        first = child_nodes(forest, nodes[0], nodes[1], False)
+        second = child_nodes(forest, nodes[0], nodes[1], True)
         nearer = apart(forest, first, pose) <= apart(forest, second, pose)
         stack[top] = wp.where(nearer, second, first)
         stack[top + 1] = wp.where(nearer, first, second)

@@ -13,7 +13,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, pack_triangles, triangle_numbers
 from gcodesim.collision.bodies.scene import Scene
 from gcodesim.collision.geometry.boxes import posed_triangle, triangle_box
 from gcodesim.collision.geometry.closest import between_triangles
@@ -25,7 +25,6 @@ wp.set_module_options(BIT_EQUAL)
 
 Floats = NDArray[np.float64]
 
-NUMBER_BITS = wp.constant(wp.int64(32))
 FARTHEST = wp.constant(wp.float64(1.0e30))
 
 
@@ -61,7 +60,7 @@ def find_touching(a: Side, b: Side, tree: wp.uint64, lowest_out: wp.array[wp.int
     query = wp.bvh_query_aabb(tree, a.low[i], a.high[i])
     j = wp.int32(0)
     while wp.bvh_query_next(query, j):
-        key = (wp.int64(a.number[i]) << NUMBER_BITS) + wp.int64(b.number[j])
+        key = pack_triangles(a.number[i], b.number[j])
         if key < lowest_out[0] and triangles_touch(a.triangles[i], b.triangles[j]):
             wp.atomic_min(lowest_out, 0, key)
 
@@ -137,8 +136,9 @@ class PosedPair:
         key = int(lowest.numpy()[0])
         if key == NO_CONTACT:
             return None
-        row_a = np.flatnonzero(self.number_a == key >> 32)
-        row_b = np.flatnonzero(self.number_b == key & 0xFFFFFFFF)
+        a_number, b_number = triangle_numbers(key)
+        row_a = np.flatnonzero(self.number_a == a_number)
+        row_b = np.flatnonzero(self.number_b == b_number)
         return int(row_a[0]), int(row_b[0])
 
     def nearest(self, within: float) -> tuple[float, int, int]:

@@ -1,4 +1,4 @@
-"""Near misses between samples: the way into a contact, or a contact of their own.
+"""Near misses between samples: what leads into a contact, or a contact of its own.
 
 The search marks the first sample step in which two bodies come within the tolerance and no sample
 touches. From there this module walks on, step by step. A touch at the end of the same near stretch
@@ -14,12 +14,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key, sample_and_pair
 from gcodesim.collision.instants.contact import halfway
 from gcodesim.collision.instants.posed_pair import PosedPair, pose_pair
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES, MODE_MINIMUM
-from gcodesim.constants import PAIR_BITS, SLACK_MM
+from gcodesim.constants import SLACK_MM
 from gcodesim.motion.samples import sample_of
 
 STEPS, GROWTH, MOST_STEPS = 4, 4, 65_536
@@ -35,7 +35,7 @@ HALVINGS = 27
 
 
 @dataclass(frozen=True)
-class Nearest:
+class InstantDistance:
     """The smallest distance of a pair at one instant.
 
     Attributes:
@@ -63,7 +63,7 @@ class Approach:
 
     start_ps: int
     end_ps: int
-    nearest: Nearest
+    nearest: InstantDistance
 
 
 def distances_at(searcher: Searcher, pair: int, times_ps: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -78,11 +78,11 @@ def distances_at(searcher: Searcher, pair: int, times_ps: NDArray[np.int64]) -> 
     return replace(searcher, settings=settings).search_stretches(roots, pair).distance
 
 
-def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> Nearest:
+def nearest_at(searcher: Searcher, pair: int, time_ps: int) -> InstantDistance:
     """Smallest distance of a pair at one instant, and where."""
     posed, (distance, i, j) = _nearest_rows(searcher, pair, time_ps)
     point = halfway(*posed.triangles(i, j))
-    return Nearest(time_ps, pair, distance, posed.numbers(i, j), point)
+    return InstantDistance(time_ps, pair, distance, posed.numbers(i, j), point)
 
 
 def _nearest_rows(
@@ -150,7 +150,8 @@ def _touching_step(
     found = _look(searcher, pair, times[within_pieces], MODE_AT_SAMPLES)
     if found.best == NO_CONTACT:
         return len(pieces)
-    first, end = np.searchsorted(samples, (found.best >> PAIR_BITS) + np.arange(2)).tolist()
+    touched, _ = sample_and_pair(found.best)
+    first, end = np.searchsorted(samples, touched + np.arange(2)).tolist()
 
     def touches_by(step: int) -> bool:
         until = _look(searcher, pair, times[first : step + 2], MODE_AT_SAMPLES)
@@ -192,7 +193,7 @@ def first_instant(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> 
     return end_ps
 
 
-def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> Nearest:
+def _nearest_in(searcher: Searcher, pair: int, start_ps: int, end_ps: int) -> InstantDistance:
     """The smallest distance within a near stretch: a coarse scan, then golden section."""
     seen: dict[int, float] = {}
 
@@ -240,9 +241,8 @@ def event_of(
     to a touch of their own, they are no event.
     """
     period = searcher.settings.period_ps
-    pairs = np.arange(len(outcome.near))
-    keys = (np.minimum(outcome.near, end_ps) // period + 1 << PAIR_BITS) + pairs
-    sample, touching = divmod(outcome.best, 1 << PAIR_BITS)
+    keys = contact_key(np.minimum(outcome.near, end_ps) // period + 1, np.arange(len(outcome.near)))
+    sample, touching = sample_and_pair(outcome.best)
     between = [
         contact_between(
             searcher,

@@ -1,4 +1,4 @@
-"""Clearances: where a pair comes nearer than it may, and how near each pair ever comes."""
+"""Clearances: where a pair comes closer than its clearance, and how close each pair ever comes."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bounds.departure import Departures
 from gcodesim.collision.search.first_reach import LEFT_OUT, Limits, first_reached, roots_reached
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_MINIMUM
-from gcodesim.constants import FOUND_AGAIN_MM, MINIMUM_KNOWN_PART, PAIR_BITS
+from gcodesim.constants import FOUND_AGAIN_MM, MINIMUM_KNOWN_PART
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import sample_of
 
@@ -25,7 +25,7 @@ SEEDS = 64
 
 @dataclass(frozen=True)
 class Nearness:
-    """A pair at its nearest, or where it first comes nearer than it may.
+    """A pair at its closest, or where it first comes closer than its limit.
 
     Attributes:
         pair: index in the scene.
@@ -33,7 +33,7 @@ class Nearness:
             on time, of the rest of the block.
         time_ps: when the pair first comes to `limit`.
         limit: distance asked for then, or the smallest distance itself [mm].
-        departure: how much of the limit stands for a machine that leaves the path [mm].
+        departure: how much of the limit allows for a machine that leaves the path [mm].
         touch: the departure alone is as large as the distance.
         end_ps: end of the stretch searched.
     """
@@ -79,7 +79,7 @@ def every_place(
     return sorted(found, key=lambda near: (near.time_ps, near.pair))
 
 
-class Stretch(NamedTuple):
+class FreeSpan(NamedTuple):
     """Pieces first..end up to the key `best`; `after` a contact, or from where they may start."""
 
     first: int
@@ -90,7 +90,7 @@ class Stretch(NamedTuple):
 
 def _free_stretches(
     searcher: Searcher, pieces: tuple[int, int], contacts: Sequence[Interval]
-) -> Iterator[Stretch]:
+) -> Iterator[FreeSpan]:
     """Yield the stretches between the contacts of one pair."""
     path, (first, end), after = searcher.path, pieces, False
     for contact in contacts:
@@ -98,14 +98,14 @@ def _free_stretches(
         sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
         last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
         if first < end and contact.start_ps > path.bounds_ps[first]:
-            yield Stretch(first, min(last + 1, end), (sample << PAIR_BITS) + contact.pair, after)
+            yield FreeSpan(first, min(last + 1, end), contact_key(sample, contact.pair), after)
         first, after = back + 1, True
     if first < end:
-        yield Stretch(first, end, NO_CONTACT, after)
+        yield FreeSpan(first, end, NO_CONTACT, after)
 
 
 def _places(
-    searcher: Searcher, limits: Limits, pair: int, stretch: Stretch
+    searcher: Searcher, limits: Limits, pair: int, stretch: FreeSpan
 ) -> Iterator[tuple[int, int]]:
     """Yield the places of a pair in a stretch, without the one on its way out of a contact."""
     bounds, best = searcher.path.bounds_ps, stretch.best
@@ -150,7 +150,7 @@ def too_near(
         departures: how far the pairs may be off the path.
         first: first piece.
         end: end of the pieces.
-        best: key of the first contact; what lies behind it does not count.
+        best: key of the first contact; later times do not count.
     """
     off = departures.largest.tolist()
     looked_at = [c >= 0.0 and c + d > 0.0 for c, d in zip(clearances, off, strict=True)]

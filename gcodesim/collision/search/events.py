@@ -47,8 +47,8 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where events happen: a machine on its path, one scene, one span.
+class SpanContext:
+    """What a span is checked in: a machine on its path, one scene, one stretch of program time.
 
     `travels` are the joints with the travel of the program as their limits.
     """

@@ -1,4 +1,4 @@
-"""Limits: when a pair first comes nearer than it may, where that may depend on the time.
+"""Limits: the first time a pair is closer than its limit, which may depend on the time.
 
 Every chunk of the path is searched with the largest limit of each pair in it. Only where a pair
 comes that near is it looked at again, in windows with limits of their own; what these leave is
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT
 from gcodesim.collision.bounds.departure import Departures
 from gcodesim.collision.search.approach import first_instant
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
@@ -25,7 +25,7 @@ LEFT_OUT = -1.0
 """Free distance [mm] that tells the kernel to leave a pair out; plus slack it stays negative."""
 
 BATCH = 64
-"""Stretches looked at at once, the earliest first: what lies behind the answer is wasted."""
+"""Stretches looked at at once, the earliest first: those after the answer are wasted work."""
 
 Times = NDArray[np.int64]
 
@@ -76,7 +76,7 @@ def first_reached(
         limits: what the pairs must keep.
         first: first piece.
         end: end of the pieces.
-        best: key of the first contact; what lies behind it does not count.
+        best: key of the first contact; later times do not count.
     """
     bounds = searcher.path.bounds_ps
     waiting = [pair for pair, asked in enumerate(limits.asked) if asked >= 0.0]

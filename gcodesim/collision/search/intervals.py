@@ -9,12 +9,13 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import InstantArrays, bodies_touch, instant_arrays
+from gcodesim.collision.bodies.keys import NO_CONTACT
 from gcodesim.collision.bodies.scene import SceneArrays
 from gcodesim.collision.geometry.boxes import inverse
 from gcodesim.collision.geometry.closest import nearest_on_triangle
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, pair_pose
+from gcodesim.collision.instants.touches import InstantArrays, bodies_touch, instant_arrays
 from gcodesim.collision.search.approach import Approach, event_of
 from gcodesim.collision.search.search import Roots, Searcher
 from gcodesim.constants import PS_PER_S
@@ -31,7 +32,8 @@ WINDOW = 4_096
 DEPTH_INSTANTS = 9
 """Instants of an interval at which the depth is measured."""
 
-HALF_TURN = wp.constant(wp.float64(2.0 * np.pi))
+HALF_SPHERE = wp.constant(wp.float64(2.0 * np.pi))
+"""Half the solid angle of a sphere: what the triangles all around a point add up to here."""
 
 
 @dataclass(frozen=True)
@@ -100,7 +102,7 @@ def measure_depths(
         lc = wp.length(c)
         below = la * lb * lc + wp.dot(a, b) * lc + wp.dot(b, c) * la + wp.dot(c, a) * lb
         winding += wp.atan2(wp.dot(a, wp.cross(b, c)), below)
-    if wp.abs(winding) > wp.float64(0.5) * HALF_TURN:
+    if wp.abs(winding) > wp.float64(0.5) * HALF_SPHERE:
         depth_out[i] = wp.sqrt(nearest)
 
 
@@ -153,7 +155,7 @@ def _event_after(
     rest = Roots(*(np.array([v]) for v in (piece, -1, time_ps, stop)))
     outcome = searcher.search_stretches(rest, pair)
     near = np.full(len(searcher.scene.pairs), outcome.near.max())
-    near[np.arange(len(near)) != pair] = np.iinfo(np.int64).max
+    near[np.arange(len(near)) != pair] = NO_CONTACT
     event = event_of(searcher, replace(outcome, near=near), span.end_ps)
     for first, last in searcher.chunks(piece + 1, end):
         if event is not None:

@@ -2,18 +2,19 @@
 
 import warp as wp
 
+from gcodesim.collision.bodies.keys import pack_contact
 from gcodesim.collision.bounds.chords import MotionArrays, Stretch, side_pose
-from gcodesim.collision.geometry.closest import ForestArrays
+from gcodesim.collision.geometry.closest import ForestArrays, child_nodes
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, Pose, path_fraction_at
-from gcodesim.constants import PAIR_BITS
 
 wp.set_module_options(BIT_EQUAL)
 
-KEY_BITS = wp.constant(wp.int64(PAIR_BITS))
 INSIDE_PIECE = wp.constant(-1)
 BETWEEN_SAMPLES = wp.constant(-2)
-"""Levels of an item that is a part of one piece, and of one between two samples."""
+SETTLED = wp.constant(-3)
+"""Levels of an item that is a part of one piece, of one between two samples, and of one of which
+nothing is left to look at."""
 
 
 @wp.struct
@@ -29,7 +30,7 @@ class Item:
 
 
 @wp.struct
-class View:
+class ItemView:
     """An item's stretch with its halves, and the poses of both sides at start, middle and end.
 
     `cut` is the sample at which the stretch would be cut, start_ps when there is none inside.
@@ -63,13 +64,13 @@ def sample_between(t0: wp.int64, t1: wp.int64, period: wp.int64):
 def sample_key(time_ps: wp.int64, period: wp.int64, pair: wp.int32):
     """Key of a contact: the sample a time counts for, ceil(time / period), then the pair."""
     sample = (time_ps + period - wp.int64(1)) / period
-    return (sample << KEY_BITS) + wp.int64(pair)
+    return pack_contact(sample, pair)
 
 
 @wp.func
 def view_run(motion: MotionArrays, pair: wp.int32, item: Item):
     """The view of a run of pieces: poses from the table of knots."""
-    view = View()
+    view = ItemView()
     knot = item.piece - motion.first
     half = 1 << (item.level - 1)
     view.whole.piece = item.piece
@@ -98,7 +99,7 @@ def view_part(
     period: wp.int64,
 ):
     """The view of a part of one piece; its middle is a sample where one lies inside."""
-    view = View()
+    view = ItemView()
     piece = item.piece
     t0 = item.start_ps
     t1 = item.end_ps
@@ -169,15 +170,31 @@ def half_of(item: Item, second: wp.bool, middle_ps: wp.int64):
 @wp.func
 def child_of(forest: ForestArrays, item: Item, second: wp.bool):
     """One of the two items that the larger node of an item splits into."""
+    nodes = child_nodes(forest, item.a, item.b, second)
     child = item
-    splits_a = forest.triangle[item.b] >= 0
-    if forest.triangle[item.a] < 0 and forest.size[item.a] > forest.size[item.b]:
-        splits_a = True
-    if splits_a:
-        child.a = wp.where(second, forest.right[item.a], forest.left[item.a])
-    else:
-        child.b = wp.where(second, forest.right[item.b], forest.left[item.b])
+    child.a = nodes[0]
+    child.b = nodes[1]
     return child
+
+
+@wp.func
+def is_leaf(forest: ForestArrays, item: Item):
+    """Whether both nodes are single triangles."""
+    return forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
+
+
+@wp.func
+def is_one_step(item: Item, view: ItemView):
+    """Whether an item has no sample inside its stretch."""
+    return item.level < 0 and view.cut_ps == item.start_ps
+
+
+@wp.func
+def settled(item: Item):
+    """The item with nothing left to look at."""
+    result = item
+    result.level = SETTLED
+    return result
 
 
 @wp.func

@@ -1,10 +1,10 @@
 """The search over a path: windows of pieces times pairs, in the order of time, on all CPU threads.
 
 A chunk of windows shares the tables of dyadic motion, so memory does not grow with the program.
-Chunks grow with the path behind them, and windows with their chunk, up to 2^LEVEL pieces: an early
-contact costs little more than the path before it. Batches of windows run as launches side by side
-(a launch releases the interpreter lock), each with its own best contact, merged after it: the
-minimum does not depend on who finds it.
+Chunks grow with the path already searched, and windows with their chunk, up to 2^LEVEL pieces: an
+early contact costs little more than the path before it. Batches of windows run as launches side by
+side (a launch releases the interpreter lock), each with its own best contact, merged after it: the
+minimum does not depend on which launch finds it.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT
+from gcodesim.collision.bodies.keys import NO_CONTACT, sample_and_pair
 from gcodesim.collision.bodies.scene import Scene
 from gcodesim.collision.bounds.chords import MotionArrays, pose_knots
 from gcodesim.collision.bounds.forest import Forest
@@ -33,7 +33,7 @@ from gcodesim.collision.search.search_kernel import (
     RootArrays,
     search_roots,
 )
-from gcodesim.constants import PAIR_BITS, SLACK_MM
+from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
 
@@ -56,17 +56,18 @@ BATCH = 1024
 
 
 @dataclass(frozen=True)
-class Settings:
+class SearchSettings:
     """How a search proves.
 
     Attributes:
         period_ps: sample period [ps].
-        mode: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES or MODE_MINIMUM of the kernel.
-        free_mm: per pair, a proof must leave more than this [mm].
+        mode: one of the kernel's: MODE_AT_SAMPLES, MODE_AT_ALL_TIMES, MODE_MINIMUM (the smallest
+            distance) or MODE_APPROACH (the first sample step in which a distance falls to free_mm).
+        free_mm: per pair, a proof must leave more than this [mm]; negative = the pair is left out.
         threads: launches side by side on the CPU.
         part: MODE_MINIMUM need not tell distances apart that differ by less than this part.
         together: MODE_MINIMUM wants the smallest distance of all pairs only, in a slot of its own
-            behind theirs; what the others keep is an upper bound.
+            after theirs; what the others keep is an upper bound.
     """
 
     period_ps: int
@@ -82,7 +83,7 @@ class Outcome:
     """What a search found.
 
     Attributes:
-        best: lowest key (sample << PAIR_BITS | pair) in contact, NO_CONTACT when none.
+        best: lowest key (sample, pair) in contact, NO_CONTACT when none.
         near: per pair (or root) the start of the first sample step [ps] in which the distance
             falls to free_mm between samples; NO_CONTACT when none.
         distance: per pair (or root) the smallest distance [mm], inf when not asked for.
@@ -179,7 +180,7 @@ class Searcher:
     path: Path
     arrays: PathArrays
     joints: tuple[Joint, ...]
-    settings: Settings
+    settings: SearchSettings
     undecided: list[Roots] = field(default_factory=list)
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:
@@ -212,7 +213,7 @@ class Searcher:
             sample = int(self.path.bounds_ps[part.piece[0]]) // self.settings.period_ps
             with lock:
                 best, distance = outcome.best, outcome.distance
-            if best >> PAIR_BITS < sample:
+            if sample_and_pair(best)[0] < sample:
                 return
             found = self.settle(part, motion, best, distance)
             with lock:
@@ -242,7 +243,7 @@ class Searcher:
     ) -> Outcome:
         """Run the kernel on some roots; where a stack was full, on their halves again.
 
-        What a full stack left behind holds as far as it goes: a contact is one.
+        What was found before a stack was full is true all the same: a contact stays one.
         """
         found = self.launch(roots, motion, best, distance, pair)
         if not found.overflows:

@@ -1,15 +1,16 @@
 """The search kernel: proves stretches of time free by chord certificates, tests only what is left.
 
 An item is two tree nodes and a stretch of time. A direction is aimed at the pose in the middle; the
-gaps along it at both ends and the bound of bounds.py prove the whole stretch free, or the stretch
-is halved while the nodes are apart in the middle, or the larger node is split. Two triangles over
-one sample step are left: they are tested exactly at both ends, as the exhaustive method does, and
-then halved further to prove the time between the samples. Nothing depends on the order of items:
-the first contact is a minimum over (sample, pair), and items behind it are dropped.
+gaps along it at both ends and the bound of motion_bounds.py prove the whole stretch free, or the
+stretch is halved while the nodes are apart in the middle, or the larger node is split. Two
+triangles over one sample step are left: they are tested exactly at both ends, as the exhaustive
+method does, and then halved further to prove the time between the samples. Nothing depends on the
+order of items: the first contact is a minimum over (sample, pair), and items after it are dropped.
 """
 
 import warp as wp
 
+from gcodesim.collision.bodies.keys import NO_KEY
 from gcodesim.collision.bounds.chords import (
     MotionArrays,
     Stretch,
@@ -30,12 +31,16 @@ from gcodesim.collision.geometry.predicates import triangles_touch
 from gcodesim.collision.search.items import (
     BETWEEN_SAMPLES,
     INSIDE_PIECE,
+    SETTLED,
     Item,
-    View,
+    ItemView,
     child_of,
     half_of,
+    is_leaf,
+    is_one_step,
     sample_between,
     sample_key,
+    settled,
     timed,
     view_of,
 )
@@ -57,9 +62,6 @@ APPROACH = wp.constant(MODE_APPROACH)
 distance, or the first sample step in which the distance falls to free_mm."""
 
 MINIMUM_GOOD_TO = wp.constant(wp.float64(DISTANCE_GOOD_TO_MM))
-
-NO_TOUCH = wp.constant(wp.int64(2**63 - 1))
-"""Key behind all others."""
 
 RESULT_SIZE = 4
 BEST = wp.constant(0)
@@ -146,7 +148,7 @@ def side_gap(forest: ForestArrays, a: wp.int32, b: wp.int32, of_a: Pose, of_b: P
 
 
 @wp.func
-def aim_item(forest: ForestArrays, item: Item, view: View, wanted: wp.float64):
+def aim_item(forest: ForestArrays, item: Item, view: ItemView, wanted: wp.float64):
     """A direction for an item's middle; two leaves with less than `wanted` get their nearest."""
     aim = Aim()
     pose = relative(view.a_middle, view.b_middle)
@@ -206,7 +208,7 @@ def prove(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     free: wp.float64,
 ):
     """Aim at an item and try to prove its whole stretch free."""
@@ -232,7 +234,7 @@ def push_halves(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     proof: Proof,
     free: wp.float64,
     stack: wp.array[Item],
@@ -262,8 +264,15 @@ def clipped(
     period: wp.int64,
     pair: wp.int32,
 ):
-    """The item without later halves that lie behind the first contact known."""
-    cut = item
+    """The item with its times, without later halves that begin after the first contact known.
+
+    SETTLED where nothing of it is left.
+    """
+    if item.piece >= motion.end:
+        return settled(item)
+    cut = timed(path, motion, item)
+    if sample_key(cut.start_ps, period, pair) >= best:
+        return settled(cut)
     while cut.level > 0:
         middle = path.bounds_ps[wp.min(cut.piece + (1 << (cut.level - 1)), motion.end)]
         if sample_key(middle, period, pair) < best:
@@ -281,7 +290,7 @@ def clipped(
 
 
 @wp.func
-def centre_gap(forest: ForestArrays, item: Item, view: View):
+def centre_gap(forest: ForestArrays, item: Item, view: ItemView):
     """Distance of the centres of two nodes in the middle, less their sizes [mm]."""
     at_a = view.a_middle.R * forest.centre[item.a] + view.a_middle.t
     at_b = view.b_middle.R * forest.centre[item.b] + view.b_middle.t
@@ -290,7 +299,7 @@ def centre_gap(forest: ForestArrays, item: Item, view: View):
 
 @wp.func
 def push_children(
-    forest: ForestArrays, item: Item, view: View, stack: wp.array[Item], top: wp.int32
+    forest: ForestArrays, item: Item, view: ItemView, stack: wp.array[Item], top: wp.int32
 ):
     """Push the two halves in space, the nearer on top: a contact found early drops the rest."""
     first = centre_gap(forest, child_of(forest, item, False), view)
@@ -301,6 +310,26 @@ def push_children(
 
 
 @wp.func
+def push_parts(
+    path: PathArrays,
+    chains: Chains,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    pair: wp.int32,
+    item: Item,
+    view: ItemView,
+    proof: Proof,
+    free: wp.float64,
+    stack: wp.array[Item],
+    top: wp.int32,
+):
+    """Push what is left of an item, halved in time or in space; the new top of the stack."""
+    if is_leaf(forest, item) or (proof.apart and not is_one_step(item, view)):
+        return push_halves(path, chains, forest, motion, pair, item, view, proof, free, stack, top)
+    return push_children(forest, item, view, stack, top)
+
+
+@wp.func
 def touch_middle(
     path: PathArrays,
     pairs: ChainArrays,
@@ -308,21 +337,21 @@ def touch_middle(
     motion: MotionArrays,
     pair: wp.int32,
     item: Item,
-    view: View,
+    view: ItemView,
     period: wp.int64,
 ):
     """Key of a touch of two leaves at the sample or block end in the middle of a long stretch.
 
-    They would be tested there in the end; tested now, a touch drops everything behind it.
+    They would be tested there in the end; tested now, a touch drops everything after it.
     """
     middle = half_of(item, True, view.middle_ps)
     if middle.piece >= motion.end:
-        return NO_TOUCH
+        return NO_KEY
     if item.level > 0:
         middle.start_ps = path.bounds_ps[middle.piece]
     if touch_at(path, pairs, forest, pair, middle, middle.start_ps):
         return sample_key(middle.start_ps, period, pair)
-    return NO_TOUCH
+    return NO_KEY
 
 
 @wp.func
@@ -334,29 +363,64 @@ def touch_ends(
     item: Item,
     period: wp.int64,
 ):
-    """Key of the first touch of two leaves at the ends of one sample step, -1 for none."""
+    """Key of the first touch of two leaves at the ends of one sample step."""
     ends = wp.int32(2)
     for k in range(ends):
         time = wp.where(k == 0, item.start_ps, item.end_ps)
         if touch_at(path, pairs, forest, pair, item, time):
             return sample_key(time, period, pair)
-    return wp.int64(-1)
+    return NO_KEY
+
+
+@wp.func
+def level_after_tests(
+    path: PathArrays,
+    pairs: ChainArrays,
+    forest: ForestArrays,
+    motion: MotionArrays,
+    roots: RootArrays,
+    pair: wp.int32,
+    item: Item,
+    view: ItemView,
+    apart: wp.bool,
+    result_out: wp.array[wp.int64],
+):
+    """Test two leaves exactly where they may touch at a sample; the level at which to go on.
+
+    Over one sample step that is its two ends, and then the time between them; SETTLED where that
+    need not be looked at.
+    """
+    at_samples = roots.mode <= AT_ALL_TIMES
+    if not is_one_step(item, view):
+        if at_samples and not apart:
+            key = touch_middle(path, pairs, forest, motion, pair, item, view, roots.period_ps)
+            wp.atomic_min(result_out, BEST, key)
+        return item.level
+    if item.level != INSIDE_PIECE or roots.mode == MINIMUM:
+        return item.level
+    if at_samples:
+        wp.atomic_add(result_out, TRIANGLE_TESTS, wp.int64(2))
+        key = touch_ends(path, pairs, forest, pair, item, roots.period_ps)
+        wp.atomic_min(result_out, BEST, key)
+        if key < NO_KEY or roots.mode == AT_SAMPLES:
+            return SETTLED
+    return BETWEEN_SAMPLES
 
 
 @wp.func
 def distance_to_prove(
-    roots: RootArrays, slot: wp.int32, behind_near: wp.bool, distance: wp.array[wp.float64]
+    roots: RootArrays, slot: wp.int32, after_near: wp.bool, distance: wp.array[wp.float64]
 ):
     """What a proof must leave: less than the smallest distance known, when that is looked for.
 
-    Behind the first near step only a touch at a sample counts.
+    After the first near step only a touch at a sample counts.
     """
     if roots.mode == MINIMUM:
         smallest = distance[slot]
         if roots.together >= 0:
             smallest = wp.min(smallest, distance[roots.together])
         return smallest - wp.max(MINIMUM_GOOD_TO, roots.part * smallest)
-    if roots.mode == AT_ALL_TIMES and behind_near:
+    if roots.mode == AT_ALL_TIMES and after_near:
         return roots.touching_mm
     return roots.free_mm[slot]
 
@@ -399,54 +463,34 @@ def search_roots(
     items = wp.int64(0)
     while top > 0:
         top -= 1
-        if stack[top].piece >= motion.end:
+        item = clipped(path, motion, stack[top], result_out[BEST], period, pair)
+        if item.level == SETTLED:
             continue
-        item = timed(path, motion, stack[top])
-        start = item.start_ps
-        if sample_key(start, period, pair) >= result_out[BEST]:
+        step = wp.max(path.bounds_ps[item.piece], (item.start_ps / period) * period)
+        after_near = near_out[slot] <= step
+        if after_near and (item.level == BETWEEN_SAMPLES or roots.mode == APPROACH):
             continue
-        item = clipped(path, motion, item, result_out[BEST], period, pair)
-        step = wp.max(path.bounds_ps[item.piece], (start / period) * period)
-        behind = item.level == BETWEEN_SAMPLES or roots.mode == APPROACH
-        if behind and near_out[slot] <= step:
-            continue
-        free = distance_to_prove(roots, slot, near_out[slot] <= step, distance_out)
         items += wp.int64(1)
+        free = distance_to_prove(roots, slot, after_near, distance_out)
         view = view_of(path, chains.sides, motion, pair, item, period)
         proof = prove(path, chains, forest, motion, pair, item, view, free)
         if roots.mode == MINIMUM:
             keep_smallest(roots, slot, proof.distance, distance_out)
         if proof.free:
             continue
-
-        leaf = forest.triangle[item.a] >= 0 and forest.triangle[item.b] >= 0
-        one_step = item.level < 0 and view.cut_ps == start
-        if leaf and not proof.apart and not one_step and roots.mode <= AT_ALL_TIMES:
-            key = touch_middle(path, chains.pairs, forest, motion, pair, item, view, period)
-            wp.atomic_min(result_out, BEST, key)
-        if leaf and one_step and item.level == INSIDE_PIECE and roots.mode != MINIMUM:
-            # Two triangles over one sample step: the exact test, then the time between.
-            if roots.mode != APPROACH:
-                wp.atomic_add(result_out, TRIANGLE_TESTS, wp.int64(2))
-                key = touch_ends(path, chains.pairs, forest, pair, item, period)
-                if key >= wp.int64(0):
-                    wp.atomic_min(result_out, BEST, key)
-                if key >= wp.int64(0) or roots.mode == AT_SAMPLES:
-                    continue
-            item.level = BETWEEN_SAMPLES
-        instant = item.end_ps - start <= wp.int64(1)
+        leaf = is_leaf(forest, item)
+        if leaf:
+            item.level = level_after_tests(
+                path, chains.pairs, forest, motion, roots, pair, item, view, proof.apart, result_out
+            )
+        instant = item.end_ps - item.start_ps <= wp.int64(1)
         if item.level == BETWEEN_SAMPLES and (instant or not proof.apart):
             wp.atomic_min(near_out, slot, step)
             continue
-        if leaf and instant:
+        if item.level == SETTLED or (leaf and instant):
             continue
         if top + 2 > roots.stack_limit:
             wp.atomic_add(result_out, OVERFLOWS, wp.int64(1))
             break
-        if leaf or (proof.apart and not one_step):
-            top = push_halves(
-                path, chains, forest, motion, pair, item, view, proof, free, stack, top
-            )
-        else:
-            top = push_children(forest, item, view, stack, top)
+        top = push_parts(path, chains, forest, motion, pair, item, view, proof, free, stack, top)
     wp.atomic_add(result_out, ITEMS, items)

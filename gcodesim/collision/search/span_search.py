@@ -8,17 +8,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.collision.baseline.exhaustive import NO_CONTACT, Work, first_contact_exhaustive
+from gcodesim.checking.verdict import LeftOut
+from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bounds.departure import Departures, departures
 from gcodesim.collision.bounds.forest import build_forest
 from gcodesim.collision.bounds.leave_out import (
-    LeftOut,
     pairs_out_of_reach,
     swept_partners,
     without_far_triangles,
 )
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants.contact import touching_triangles
+from gcodesim.collision.instants.touches import first_touch
+from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.approach import Approach, first_event
 from gcodesim.collision.search.clearance import (
     Nearness,
@@ -27,12 +29,12 @@ from gcodesim.collision.search.clearance import (
     nearest_pair,
     too_near,
 )
-from gcodesim.collision.search.events import Contact, Place
+from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.first_reach import LEFT_OUT
 from gcodesim.collision.search.intervals import Interval, contact_intervals
-from gcodesim.collision.search.search import Searcher, Settings
+from gcodesim.collision.search.search import Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
-from gcodesim.constants import CLEARANCE_SLACK_MM, PAIR_BITS, TOLERANCE_MM
+from gcodesim.constants import CLEARANCE_SLACK_MM, TOLERANCE_MM
 from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import standing
@@ -89,70 +91,70 @@ class SpanFindings:
 
 
 def search_span(
-    place: Place,
+    context: SpanContext,
     arrays: PathArrays,
     aims: Aims,
-    work: Work,
+    work: WorkCounts,
     progress: Callable[[float], None],
 ) -> tuple[Contact | None, SpanFindings]:
     """Search one span: its first contact, and what else was asked for."""
     findings = SpanFindings()
-    place, free, departing = _leave_out(place, aims, findings)
-    span, path = place.span, place.path
+    context, free, departing = _leave_out(context, aims, findings)
+    span, path = context.span, context.path
     begin = Instants(
         np.array([span.start_ps]),
         path.piece_at(np.array([span.start_ps])),
-        np.array([sample_of(span.start_ps, place.period_ps)]),
+        np.array([sample_of(span.start_ps, context.period_ps)]),
     )
-    hit = first_contact_exhaustive(place.scene, arrays, begin, work)
+    hit = first_touch(context.scene, arrays, begin, work)
     contact = None
     if hit:
-        contact = place.touch(*hit, touching_triangles(place.scene, arrays, begin, hit[1]))
+        contact = context.touch(*hit, touching_triangles(context.scene, arrays, begin, hit[1]))
         if not aims.stop_all:
             return contact, findings
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps]).tolist()
     if first == end:
         # A tool that no move follows is there all the same, and the drives may still lag.
         path, first, end = standing(path, span.start_ps), 0, 1
-        place, arrays = replace(place, path=path), path_arrays(path, place.scene.device)
-    searcher = _searcher(place, arrays, aims, free)
+        context, arrays = replace(context, path=path), path_arrays(path, context.scene.device)
+    searcher = _searcher(context, arrays, aims, free)
     if contact is None:
-        contact = _first_contact(place, searcher, (first, end), work, findings, progress)
+        contact = _first_contact(context, searcher, (first, end), work, findings, progress)
     best = NO_CONTACT
     if contact is not None:
-        pair = place.scene.pairs.index(contact.pair)
-        best = (contact.sample << PAIR_BITS) + pair
+        pair = context.scene.pairs.index(contact.pair)
+        best = contact_key(contact.sample, pair)
     if aims.stop_all and contact is not None:
         findings.intervals = [
-            (interval, place.interval(interval, searcher.arrays))
+            (interval, context.interval(interval, searcher.arrays))
             for interval in contact_intervals(searcher, span)
         ]
-    _look_at_clearances(place, searcher, aims, (first, end, best), departing, findings)
+    _look_at_clearances(context, searcher, aims, (first, end, best), departing, findings)
     findings.overflows = len(searcher.undecided)
     return contact, findings
 
 
 def _leave_out(
-    place: Place, aims: Aims, findings: SpanFindings
-) -> tuple[Place, tuple[float, ...], Departures]:
-    """The place without what cannot matter.
+    context: SpanContext, aims: Aims, findings: SpanFindings
+) -> tuple[SpanContext, tuple[float, ...], Departures]:
+    """The context without what cannot matter.
 
     With it, per pair what a proof must leave [mm], and how far the pair may be off its path.
     """
-    scene, travels = place.scene, place.travels
-    tolerance = TOLERANCE_MM + place.path.deviation_mm if aims.between else 0.0
+    scene, travels = context.scene, context.travels
+    tolerance = TOLERANCE_MM + context.path.deviation_mm if aims.between else 0.0
     free = [tolerance] * len(scene.pairs)
     departing = departures(scene, travels, aims.off_path)
     # What a pair must keep, it must keep of the true way too; the proof of no contact has its own.
     asked = np.array([aims.clearance_of(pair) for pair in scene.pairs]) + departing.largest
-    departing = departing.widened(np.where(asked > 0.0, place.path.deviation_mm, 0.0))
+    departing = departing.widened(np.where(asked > 0.0, context.path.deviation_mm, 0.0))
     if not aims.leave_out:
-        return place, tuple(free), departing
+        return context, tuple(free), departing
     needed = [
         max(tolerance, aims.clearance_of(pair) + off)
         for pair, off in zip(scene.pairs, departing.largest.tolist(), strict=True)
     ]
-    samples = sample_count(place.path, place.period_ps)
+    samples = sample_count(context.path, context.period_ps)
     swept = swept_partners(scene, travels)
     apart = pairs_out_of_reach(scene, travels, swept, needed, samples)
     findings.left_out = list(apart.values())
@@ -162,41 +164,43 @@ def _leave_out(
         # The smallest distance may lie between triangles that no proof of freedom needs.
         scene, dropped = without_far_triangles(scene, travels, swept, needed, apart)
         findings.left_out += dropped
-    return replace(place, scene=scene), tuple(free), departing
+    return replace(context, scene=scene), tuple(free), departing
 
 
-def _searcher(place: Place, arrays: PathArrays, aims: Aims, free: tuple[float, ...]) -> Searcher:
+def _searcher(
+    context: SpanContext, arrays: PathArrays, aims: Aims, free: tuple[float, ...]
+) -> Searcher:
     mode = MODE_AT_ALL_TIMES if aims.between else MODE_AT_SAMPLES
     threads = aims.threads or os.cpu_count() or 1
-    settings = Settings(place.period_ps, mode, free, threads)
-    forest = build_forest(place.scene, place.travels)
-    return Searcher(place.scene, forest, place.path, arrays, place.travels, settings)
+    settings = SearchSettings(context.period_ps, mode, free, threads)
+    forest = build_forest(context.scene, context.travels)
+    return Searcher(context.scene, forest, context.path, arrays, context.travels, settings)
 
 
 def _first_contact(
-    place: Place,
+    context: SpanContext,
     searcher: Searcher,
     pieces: tuple[int, int],
-    work: Work,
+    work: WorkCounts,
     findings: SpanFindings,
     progress: Callable[[float], None],
 ) -> Contact | None:
-    path, span = place.path, place.span
+    path, span = context.path, context.span
     for first, end in searcher.chunks(*pieces):
         outcome, event = first_event(searcher, first, end, span.end_ps)
         work.add(outcome.items, outcome.triangle_tests)
         if isinstance(event, Approach):
-            return place.approach(event)
+            return context.approach(event)
         if event:
-            instants = window(path, span, event[0], 1, place.period_ps)
-            touching = touching_triangles(place.scene, searcher.arrays, instants, event[1])
-            return place.touch(*event, touching)
+            instants = window(path, span, event[0], 1, context.period_ps)
+            touching = touching_triangles(context.scene, searcher.arrays, instants, event[1])
+            return context.touch(*event, touching)
         progress(int(path.bounds_ps[end]) / path.duration_ps)
     return None
 
 
 def _look_at_clearances(
-    place: Place,
+    context: SpanContext,
     searcher: Searcher,
     aims: Aims,
     stretch: tuple[int, int, int],
@@ -205,7 +209,7 @@ def _look_at_clearances(
 ) -> None:
     """Clearances that are not kept, and the smallest distances if asked for."""
     first, end, best = stretch
-    pairs = place.scene.pairs
+    pairs = context.scene.pairs
     asked = tuple(
         aims.clearance_of(pair) if free >= 0.0 else LEFT_OUT
         for pair, free in zip(pairs, searcher.settings.free_mm, strict=True)
@@ -221,5 +225,5 @@ def _look_at_clearances(
         nearest = nearest_of_all(searcher, first, end, best)
     elif aims.nearest:
         nearest = [nearest_pair(searcher, first, end, best)]
-    # A pair that touches from the start on, or is behind such a contact, has no distance.
+    # Nothing is measured after a contact at the start: its pair and the others have no distance.
     findings.minimums = [(pairs[n.pair], n) for n in nearest if np.isfinite(n.distance)]

@@ -8,9 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bodies.scene import Scene, build_scene
+from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds.forest import build_trees
-from gcodesim.collision.detector import is_present
 from gcodesim.collision.geometry.closest import ForestArrays
 from gcodesim.collision.geometry.poses import path_arrays
 from gcodesim.collision.instants.contact import common_point, nearest_points
@@ -38,7 +37,7 @@ ROUNDS = 3
 
 
 @dataclass(frozen=True)
-class Link:
+class NearestPoints:
     """The nearest points of a pair at a frame, of a and of b, world coordinates (2, 3) [mm]."""
 
     frame: int
@@ -59,11 +58,11 @@ class Distances:
 
     time_ps: Times
     distance: Floats
-    links: tuple[Link, ...]
+    links: tuple[NearestPoints, ...]
 
 
 @dataclass(frozen=True)
-class Nearest:
+class Separation:
     """A pair where it is nearest: its distance [mm], 0 where it touches, and its nearest points."""
 
     time_ps: int
@@ -103,14 +102,14 @@ class Look:
     rigs: list[Rig | None]
     steps: int = 0
 
-    def links(self) -> Iterator[Link]:
+    def links(self) -> Iterator[NearestPoints]:
         """Yield the links of Distances."""
         known = np.where(np.isnan(self.distance), np.inf, self.distance)
         nearest, when = known.argmin(axis=1), known.argmin(axis=0)
         for frame, own in enumerate(nearest.tolist()):
             for pair in sorted({own, *np.flatnonzero(when == frame).tolist()}):
                 if known[frame, pair] < np.inf:
-                    yield Link(frame, pair, self.points(frame, pair))
+                    yield NearestPoints(frame, pair, self.points(frame, pair))
 
     def points(self, frame: int, pair: int) -> Floats:
         """Nearest points of a and b, world coordinates (2, 3) [mm]; twice the same of a touch."""
@@ -171,8 +170,8 @@ class Watch:
         return self.rigs[key]
 
 
-def distances(machine: Machine, path: Path, device: str, told_ps: Times) -> Distances:
-    """Distances at equal steps of time, fewer where a frame costs much, and at the times told.
+def distances(machine: Machine, path: Path, device: str, asked_ps: Times) -> Distances:
+    """Distances at equal steps of time, fewer where a frame costs much, and at the times asked for.
 
     How many does not depend on the speed of the computer. Nothing is looked at where nothing moves.
     """
@@ -183,18 +182,18 @@ def distances(machine: Machine, path: Path, device: str, told_ps: Times) -> Dist
     few = _equal_steps(0, path.duration_ps, FEWEST)
     each = watch.look(few).steps / len(few) + LINK_STEPS
     count = int(np.clip(WORK / each, FEWEST, FRAMES))
-    times = np.unique(np.concatenate([_equal_steps(0, path.duration_ps, count), told_ps]))
+    times = np.unique(np.concatenate([_equal_steps(0, path.duration_ps, count), asked_ps]))
     look = watch.look(times)
     return Distances(times, look.distance, tuple(look.links()))
 
 
 def nearest_moment(
     machine: Machine, path: Path, device: str, pair: tuple[str, str], begin_ps: int
-) -> Nearest:
+) -> Separation:
     """The nearest that a pair is found to come at or after a time at which it is there.
 
-    Looked for at equal steps of time, and again between the neighbours of the nearest: what is told
-    of the moment holds, but another may be nearer by what the pair moves within such a step.
+    Looked for at equal steps of time, and again between the neighbours of the nearest: what is
+    returned is true of its moment, but another may be nearer by what the pair moves within a step.
     """
     wanted = tuple(p for p in machine.pairs if (p.a, p.b) == pair)
     watch = Watch(replace(machine, pairs=wanted), path, device)
@@ -204,7 +203,7 @@ def nearest_moment(
         look = watch.look(times)
         best = int(np.nanargmin(look.distance[:, 0]))
         low, high = times[[max(best - 1, 0), min(best + 1, len(times) - 1)]].tolist()
-    return Nearest(int(times[best]), float(look.distance[best, 0]), look.points(best, 0))
+    return Separation(int(times[best]), float(look.distance[best, 0]), look.points(best, 0))
 
 
 def _equal_steps(low_ps: int, high_ps: int, count: int) -> Times:

@@ -3,7 +3,7 @@
 Along a unit vector n that separates two triangles by a gap g, a point that
 moves with velocity v now and accelerates along n by at most K closes the gap no sooner than after
 h, where  s h + K h^2 / 2 = g  and s is the largest -n.v. The search proves stretches by chords
-instead (bounds.py), which needs no velocities; the study compares the two.
+instead (motion_bounds.py), which needs no velocities; the study compares the two.
 """
 
 from __future__ import annotations
