@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
 from gcodesim.cli import main
+from gcodesim.cli.settings_file import Settings
 
 PASSES = "G21 G90\nT1 M6\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"
@@ -202,6 +205,71 @@ def test_lines_are_those_of_the_keys_whatever_stands_around_them(shop: Path) -> 
     )
     (shop / "gcodesim.toml").unlink()
     assert "pyproject.toml:12: feed: 'fast' is not" in check("parts/good.nc").stderr
+
+
+AWKWARD = r'''
+# [feed] = "1"
+note = """ # no comment
+[jobs]
+feed = 2 \"""""
+other = ''
+[tool."x # ]".'y "']
+list = [  # ]]
+  "]", '"', # "
+  { a = [1,
+  2], "b = [" = """ } """ },
+]
+"a = 'b" = 3
+c.d."e.f" = """""\\"""
+[[jobs]]
+programs = [""]
+[[jobs]] # second
+machine = """
+table_tilt"""
+last = 1'''
+
+
+def test_every_key_of_an_awkward_file_is_found_in_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "gcodesim.toml"
+    file.write_text(AWKWARD)
+    assert tomllib.loads(AWKWARD)["jobs"][1] == {"machine": "table_tilt", "last": 1}
+    tool = ("tool", "x # ]", 'y "')
+    assert Settings(str(file)).lines == {
+        (): 3,
+        ("note",): 3,
+        ("other",): 6,
+        tool[:-1]: 7,
+        tool: 7,
+        (*tool, "list"): 8,
+        (*tool, "a = 'b"): 13,
+        (*tool, "c"): 14,
+        ("jobs",): 15,
+        ("jobs", 0): 15,
+        ("jobs", 0, "programs"): 16,
+        ("jobs", 1): 17,
+        ("jobs", 1, "machine"): 18,
+        ("jobs", 1, "last"): 20,
+    }
+
+
+def test_every_character_of_a_long_file_is_parsed_once_to_find_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parsed, loads = list[str](), tomllib.loads
+
+    def counting(text: str) -> dict[str, Any]:
+        parsed.append(text)
+        return loads(text)
+
+    names = "".join(f"  'part{number}.nc', # [\n" for number in range(5000))
+    text = f"{names}]\nnote = '''\n{names}'''\n" + "# and so on\nfeed = 1\n" * 5000
+    file = tmp_path / "gcodesim.toml"
+    file.write_text(f"[[jobs]]\nprograms = [\n{text.replace('feed', 'f{}')}".format(*range(5000)))
+    monkeypatch.setattr(tomllib, "loads", counting)
+    lines = Settings(str(file)).lines
+    assert lines["jobs", 0, "note"] == 5004
+    assert lines["jobs", 0, "f4999"] == len(file.read_text().splitlines())
+    assert sum(map(len, parsed)) <= len(file.read_text())
 
 
 def test_a_job_may_have_several_machines(shop: Path) -> None:

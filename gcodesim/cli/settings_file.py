@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -17,6 +18,15 @@ from gcodesim.errors import UsageError
 OWN_FILE, PROJECT_FILE = "gcodesim.toml", "pyproject.toml"
 TABLE = ("tool", "gcodesim")
 """Where the settings stand in a project file."""
+
+TOKENS = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}|"(?:\\.|[^"\\])*"'  # texts with escapes, over lines or not
+    r"|'''.*?'{3,5}|'[^']*'"  # and without
+    r"|#[^\n]*|[][{}]|\n",
+    re.DOTALL,
+)
+"""What decides where a statement ends; everything between is of no weight for that."""
+OPENING, CLOSING = ("[", "{"), ("]", "}")
 
 Keys = tuple[str | int, ...]
 """Way to a value: ``("jobs", 0, "feed")``."""
@@ -169,18 +179,21 @@ def _lines(file: Path) -> dict[Keys, int]:
 
 
 def _statements(text: str) -> Iterator[tuple[int, str, dict[str, Any]]]:
-    """Yield every statement: its first line, its text, and its values read alone."""
-    begin, chunk = 1, ""
-    for number, line in enumerate(text.split("\n"), start=1):
-        begin = begin if chunk else number
-        chunk += f"{line}\n"
-        try:
-            values = tomllib.loads(chunk)
-        except tomllib.TOMLDecodeError:
-            continue  # it goes on in the next line
-        if values:
-            yield begin, chunk.lstrip(), values
-        chunk = ""
+    """Yield every statement of a valid file: its first line, its text, and its values read alone.
+
+    A statement ends with the first line that ends outside of texts and brackets.
+    """
+    begin = depth = 0
+    number = 1
+    for token in TOKENS.finditer(f"{text}\n"):
+        mark = token[0]
+        depth += (mark in OPENING) - (mark in CLOSING)
+        if mark == "\n" and depth == 0:
+            statement = text[begin : token.start()].lstrip()
+            if values := tomllib.loads(statement):
+                yield number, statement, values
+            number += text.count("\n", begin, token.end())
+            begin = token.end()
 
 
 def _table(values: dict[str, Any], counts: Counter[Keys]) -> Keys:
