@@ -31,8 +31,6 @@ from gcodesim.motion.samples import Instants, Span, tool_spans, window, windows
 WINDOW = 16_384
 """Samples per window: long enough to amortise a launch, short enough for progress and Ctrl-C."""
 
-METHODS = ("search", "exhaustive", "paper")
-
 
 @dataclass
 class Detection:
