@@ -132,7 +132,6 @@ CLASSES_TWICE: list[str] = [
 ]
 MODULES_TWICE: list[str] = []
 LONG_FUNCTIONS: list[str] = [
-    "gcodesim/checking/flow.py: check_program",
     "gcodesim/collision/search/search_kernel.py: search_roots",
 ]
 

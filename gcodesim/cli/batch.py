@@ -198,8 +198,7 @@ def _workers(of_run: dict[str, Any]) -> Iterator[CheckJobs]:
 def _run(wanted: Iterable[Job], of_run: dict[str, Any], check_jobs: CheckJobs) -> Results:
     """Do what is not done yet; every record is written as soon as it is there."""
     from gcodesim.batch.jobs import prepare, shard_of
-    from gcodesim.batch.results import Plan as RunPlan
-    from gcodesim.batch.results import Results, identity, start_results, write_record
+    from gcodesim.batch.results import Results, RunPlan, identity, start_results, write_record
 
     jobs = shard_of(prepare(wanted), *of_run["shard"])
     plan = RunPlan([job.label for job in jobs], of_run["shard"])

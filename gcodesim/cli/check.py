@@ -25,7 +25,7 @@ from gcodesim.cli.plan import Plan
 from gcodesim.cli.reports import parse_destinations, print_text, report_files, write_reports
 from gcodesim.cli.settings import make_plans
 from gcodesim.errors import UsageError
-from gcodesim.report.outcome import FORMATS, Failure, Run
+from gcodesim.report.outcome import FORMATS, Failure, Outcome
 
 if TYPE_CHECKING:
     from gcodesim.checking.options import Options
@@ -173,7 +173,7 @@ def _run(plans: Sequence[Plan], update: bool) -> int:
     outputs = [*pictures.files([task.picture for task in tasks]), *report_files(destinations)]
     claim(outputs, (file for plan in plans for file in plan.inputs))
     results, failures = _check_all(tasks, of_run, update, pictures)
-    write_reports(Run(tuple(results), tuple(failures)), of_run["format"], destinations)
+    write_reports(Outcome(tuple(results), tuple(failures)), of_run["format"], destinations)
     codes = [EXIT_CODES[result.verdict] for result in results] + [USAGE_EXIT for _ in failures]
     codes += [USAGE_EXIT] if pictures.failed else []
     return worst_exit(codes)

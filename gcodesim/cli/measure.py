@@ -18,7 +18,7 @@ WIDTH = 160
 
 
 class OutFile(click.Path):
-    """A file to write: a folder that is not there is told before the study, not after it."""
+    """A file to write: a folder that is missing is an error before the study, not after it."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Refuse a file that could not be written."""

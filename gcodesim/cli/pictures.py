@@ -103,7 +103,7 @@ class Pictures:
         return replace(result, replay=None)
 
     def _write(self, result: CheckResult, name: str) -> CheckResult:
-        """Write whatever is due; one that nobody asked for may fail with a note.
+        """Write whatever is due; one that was not asked for may fail with a note.
 
         Raises:
             UsageError: one that was asked for cannot be written.

@@ -67,7 +67,7 @@ class Task:
     Attributes:
         period_ps: sample period [ps].
         device: resolved device name.
-        method: one of METHODS.
+        method: search | exhaustive | paper.
         aims: what the method search is asked for.
         progress: called with the fraction of program time done.
     """

@@ -21,7 +21,7 @@ from gcodesim.policy.rules import parse_rule
 from gcodesim.report import github
 from gcodesim.report.formats import RENDER
 from gcodesim.report.json_report import report_dict
-from gcodesim.report.outcome import Failure, Run
+from gcodesim.report.outcome import Failure, Outcome
 from gcodesim.report.reading import result_of, run_of
 
 
@@ -51,7 +51,7 @@ def as_read(result: CheckResult) -> CheckResult:
 
 
 def assert_same(result: CheckResult) -> None:
-    there, back = Run((result,)), Run((as_read(result),))
+    there, back = Outcome((result,)), Outcome((as_read(result),))
     for name, render in RENDER.items():
         assert render(back) == render(there), name
     assert github.summary(back) == github.summary(there)
