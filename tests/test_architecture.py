@@ -35,7 +35,14 @@ THIRD_PARTY = {
 
 TYPES = {
     *("constants", "errors", "findings.codes", "findings.fingerprints", "findings.meanings"),
-    *("checking.options", "checking.verdict", "nc.program", "machine.model"),
+    *(
+        "checking.option_kinds",
+        "checking.options",
+        "checking.request",
+        "checking.verdict",
+        "nc.program",
+        "machine.model",
+    ),
 }
 OUTWARD = TYPES - {"nc.program", "machine.model"}
 """What those see who look at the outcome alone."""
@@ -108,25 +115,16 @@ CLASSES_TWICE: list[str] = [
     "Box",
     "Cut",
     "Frame",
-    "Group",
-    "Job",
     "Kinematics",
     "LeftOut",
     "Link",
-    "Motion",
     "Nearest",
     "Placement",
-    "Plan",
-    "Row",
-    "Run",
     "Scene",
-    "Settings",
     "Shape",
     "Step",
     "Stretch",
-    "Task",
     "ToolEntry",
-    "View",
     "Work",
     "WorkOffset",
 ]

@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from gcodesim.cli import main
-from gcodesim.cli.settings_file import Settings
+from gcodesim.cli.settings_file import SettingsFile
 
 PASSES = "G21 G90\nT1 M6\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"
@@ -234,7 +234,7 @@ def test_every_key_of_an_awkward_file_is_found_in_its_line(tmp_path: Path) -> No
     file.write_text(AWKWARD)
     assert tomllib.loads(AWKWARD)["jobs"][1] == {"machine": "table_tilt", "last": 1}
     tool = ("tool", "x # ]", 'y "')
-    assert Settings(str(file)).lines == {
+    assert SettingsFile(str(file)).lines == {
         (): 3,
         ("note",): 3,
         ("other",): 6,
@@ -266,7 +266,7 @@ def test_every_character_of_a_long_file_is_parsed_once_to_find_a_line(
     file = tmp_path / "gcodesim.toml"
     file.write_text(f"[[jobs]]\nprograms = [\n{text.replace('feed', 'f{}')}".format(*range(5000)))
     monkeypatch.setattr(tomllib, "loads", counting)
-    lines = Settings(str(file)).lines
+    lines = SettingsFile(str(file)).lines
     assert lines["jobs", 0, "note"] == 5004
     assert lines["jobs", 0, "f4999"] == len(file.read_text().splitlines())
     assert sum(map(len, parsed)) <= len(file.read_text())

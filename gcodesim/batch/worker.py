@@ -89,7 +89,7 @@ def _answer(job: Job) -> dict[str, Any]:
     text = read_program(job.program)
     machine, policy = _loaded(replace(job, program="", snapshot="", size=0, key=""))
     result = check_program(text, job.program, machine, job.options)
-    result = replace(result, setup=job.setup or "")
+    result = replace(result, setup=job.setup)
     result, gap = policy.apply(result, text, stop_all=job.options.stop_all), {}
     if job.snapshot and result.shown:
         from gcodesim.report.snapshot import with_snapshot  # slow to import, and seldom needed
@@ -104,7 +104,8 @@ def _answer(job: Job) -> dict[str, Any]:
 @lru_cache(LOADED)
 def _loaded(job: Job) -> tuple[Machine, Policy]:
     """Machine and policy of a job that names no program; read again when their files change."""
+    asked = job.asked
     machine = load_machine(
-        job.machine, tools=job.tools, setup=job.setup, allow_outside=job.allow_outside
+        job.machine, tools=asked.tools, setup=asked.setup, allow_outside=asked.allow_outside
     )
-    return replace(machine, rapids=job.rapids or machine.rapids), job.policy()
+    return replace(machine, rapids=asked.rapids or machine.rapids), job.policy()

@@ -33,7 +33,7 @@ Keys = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)
-class Job:
+class JobTable:
     """Programs that belong together with a machine.
 
     Attributes:
@@ -48,7 +48,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Settings:
+class SettingsFile:
     """What a settings file says; without a path it says nothing.
 
     Attributes:
@@ -59,7 +59,7 @@ class Settings:
 
     path: str | None = None
     values: dict[str, Any] = field(default_factory=dict)
-    jobs: tuple[Job, ...] = ()
+    jobs: tuple[JobTable, ...] = ()
 
     @property
     def folder(self) -> Path:
@@ -98,26 +98,26 @@ def find_settings(programs: Iterable[str]) -> str | None:
     return None if file is None else _from_here(file)
 
 
-def read_settings(path: str | None) -> Settings:
+def read_settings(path: str | None) -> SettingsFile:
     """Read a settings file; None is no settings at all.
 
     Raises:
         UsageError: it is missing or wrong; names file and key, or line.
     """
     if path is None:
-        return Settings()
+        return SettingsFile()
     table = _read_table(Path(path))
     if table is None:
         raise UsageError(f"{path}: tool.gcodesim: this table is missing")
     jobs = table.pop("jobs", [])
-    settings = Settings(path, table)
+    settings = SettingsFile(path, table)
     if not isinstance(jobs, list):
         raise UsageError(f"{settings.place('jobs')}: expected [[jobs]], a list of tables")
     read = tuple(_job(settings, ("jobs", i), job) for i, job in enumerate(jobs))
     return replace(settings, jobs=read)
 
 
-def _job(settings: Settings, keys: Keys, table: Any) -> Job:
+def _job(settings: SettingsFile, keys: Keys, table: Any) -> JobTable:
     if not isinstance(table, dict):
         text = "expected a table, such as [[jobs]] with programs and machine"
         raise UsageError(f"{settings.place(*keys)}: {text}")
@@ -129,7 +129,7 @@ def _job(settings: Settings, keys: Keys, table: Any) -> Job:
     if not patterns or not texts:
         text = 'expected a list of patterns, such as ["parts/*.nc"]'
         raise UsageError(f"{settings.place(*keys, 'programs')}: {text}")
-    return Job(keys, tuple(patterns), table)
+    return JobTable(keys, tuple(patterns), table)
 
 
 def _nearest(folder: Path) -> Path | None:

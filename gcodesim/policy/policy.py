@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from gcodesim.checking.request import CheckRequest
 from gcodesim.checking.verdict import CheckResult, effect_at
 from gcodesim.findings.codes import CLEARANCES, FAIL, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
-from gcodesim.policy.rules import Rule, refusal
+from gcodesim.policy.rules import Rule, parse_prefix, parse_rule, refusal
 
 NOT_SELECTED = Ignored("--select")
 
@@ -105,6 +106,29 @@ class Policy:
         for entry in self.baseline.unused(result) if self.baseline else ():
             text = f"an entry of the baseline matches nothing: {entry.code} {entry.message}"
             yield Finding("GC602", text, "baseline_unused", file=result.program)
+
+
+def policy_of(
+    asked: CheckRequest,
+    baseline: Baseline | None,
+    label: Callable[[str], str] = "--{}".format,
+) -> Policy:
+    """The policy that a user asks for.
+
+    Args:
+        asked: with codes and rules as they are written.
+        baseline: as its file holds it.
+        label: what to call an option in a message.
+
+    Raises:
+        UsageError: a code or rule is wrong.
+    """
+    return Policy(
+        fail_on=asked.fail_on,
+        select=tuple(parse_prefix(text, label("select")) for text in asked.select),
+        ignore=tuple(parse_rule(text, label("ignore")) for text in asked.ignore),
+        baseline=baseline,
+    )
 
 
 def looked_at_all(result: CheckResult, stop_all: bool) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gcodesim.checking.verdict import CheckResult
-from gcodesim.report.outcome import Outcome
+from gcodesim.report.outcome import RunOutcome
 from gcodesim.report.rows import CountedFinding, repository_path, rows, title
 from gcodesim.report.text import printable
 
@@ -17,7 +17,7 @@ COMMANDS = {"error": "error", "warning": "warning", "note": "notice"}
 MORE = "\n{} more findings: see the other reports.\n"
 
 
-def render(run: Outcome) -> str:
+def render(run: RunOutcome) -> str:
     """Workflow commands, one per line, for standard output."""
     lines = [
         _command("error", repository_path(failure.program), 1, None, failure.message)
@@ -27,7 +27,7 @@ def render(run: Outcome) -> str:
     return "".join(f"{line}\n" for line in lines[:ANNOTATIONS])
 
 
-def summary(run: Outcome) -> str:
+def summary(run: RunOutcome) -> str:
     """The step summary, Markdown: a table of programs, then the findings that count."""
     text = "### gcodesim\n\n| verdict | program | machine | findings |\n|---|---|---|---|\n"
     text += "".join(

@@ -6,14 +6,14 @@ import hashlib
 import json
 from typing import Any
 
-from gcodesim.report.outcome import Failure, Outcome
+from gcodesim.report.outcome import Failure, RunOutcome
 from gcodesim.report.rows import CountedFinding, repository_path, rows, title
 from gcodesim.report.text import printable
 
 SEVERITIES = {"error": "critical", "warning": "major", "note": "info"}
 
 
-def render(run: Outcome) -> str:
+def render(run: RunOutcome) -> str:
     """The findings that count, as JSON."""
     issues = [_unread(failure) for failure in run.failures]
     return json.dumps(issues + [_issue(row) for row in rows(run)], indent=2) + "\n"

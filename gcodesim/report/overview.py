@@ -13,7 +13,7 @@ from rich.text import Text
 
 from gcodesim.checking.verdict import PASS, CheckResult
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE
-from gcodesim.report.outcome import Outcome
+from gcodesim.report.outcome import RunOutcome
 from gcodesim.report.reading import result_of_record
 from gcodesim.report.rows import rows as weightiest
 from gcodesim.report.text import COLORS, printable
@@ -116,7 +116,7 @@ def _row(job: dict[str, Any]) -> ProgramRow:
         return ProgramRow(*_place(job), INCONCLUSIVE, worst="not checked")
     result = result_of_record(job)
     distance, pair = _nearest(result)
-    worst = next((row.finding for row in weightiest(Outcome((result,)))), None)
+    worst = next((row.finding for row in weightiest(RunOutcome((result,)))), None)
     return ProgramRow(
         *_place(job),
         result.verdict,

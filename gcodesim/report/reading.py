@@ -19,18 +19,18 @@ from gcodesim.checking.verdict import (
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import Finding, Ignored
 from gcodesim.findings.fingerprints import fingerprint, likeness
-from gcodesim.report.outcome import Failure, Outcome
+from gcodesim.report.outcome import Failure, RunOutcome
 
 NESTED = {"contacts": ContactInterval, "clearances": SmallestDistance, "left_out": LeftOut}
 SINGLE = {"first_contact": FirstContact, "coverage": Coverage, "largest_step": LargestStep}
 LISTS = ("findings", "suppressed")
 
 
-def run_of(
+def outcome_of(
     records: Iterable[dict[str, Any]],
     missing: Iterable[dict[str, str]] = (),
     shards: Iterable[str] = (),
-) -> Outcome:
+) -> RunOutcome:
     """The run that the records of a batch are of, by program, machine and setup.
 
     Args:
@@ -46,7 +46,7 @@ def run_of(
     failures = [Failure(r["program"], r["error"]) for r in records if "error" in r]
     failures += [Failure(job["program"], "not checked") for job in sorted(missing, key=_place)]
     failures += [Failure(f"shard {shard}", "not there") for shard in shards]
-    return Outcome(tuple(results), tuple(dict.fromkeys(failures)))
+    return RunOutcome(tuple(results), tuple(dict.fromkeys(failures)))
 
 
 def result_of_record(record: dict[str, Any]) -> CheckResult:

@@ -10,7 +10,7 @@ from pathlib import Path
 from gcodesim.checking.verdict import PASS, CheckResult, effect_at
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding
 from gcodesim.findings.fingerprints import fingerprints
-from gcodesim.report.outcome import Outcome
+from gcodesim.report.outcome import RunOutcome
 
 ROOTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Where GitHub and GitLab say that the repository lies."""
@@ -40,7 +40,7 @@ class CountedFinding:
         return self.finding.line or 1
 
 
-def rows(run: Outcome) -> list[CountedFinding]:
+def rows(run: RunOutcome) -> list[CountedFinding]:
     """The findings that count, contacts and failures first, otherwise in the order of the run."""
     return sorted((row for result in run.results for row in _rows_of(result)), key=_weight)
 

@@ -11,7 +11,7 @@ from urllib.parse import quote
 from gcodesim import __version__
 from gcodesim.findings.codes import CODES
 from gcodesim.findings.explain import explain
-from gcodesim.report.outcome import Outcome
+from gcodesim.report.outcome import RunOutcome
 from gcodesim.report.rows import CountedFinding, repository_path, rows
 from gcodesim.report.text import printable
 
@@ -24,7 +24,7 @@ RESULTS = 25_000
 RULES = {code: i for i, code in enumerate(CODES)}
 
 
-def render(run: Outcome) -> str:
+def render(run: RunOutcome) -> str:
     """The log, JSON."""
     found = rows(run)
     log = {
@@ -70,7 +70,7 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _invocation(run: Outcome, count: int) -> dict[str, Any]:
+def _invocation(run: RunOutcome, count: int) -> dict[str, Any]:
     notifications = [_notification("error", each.message, each.program) for each in run.failures]
     if count > RESULTS:
         text = f"{count - RESULTS} more findings are left out: see the other reports"
@@ -119,5 +119,5 @@ def _location(path: str, region: dict[str, Any] | None = None) -> dict[str, Any]
     return {"physicalLocation": place}
 
 
-def _verdicts(run: Outcome) -> Sequence[dict[str, str]]:
+def _verdicts(run: RunOutcome) -> Sequence[dict[str, str]]:
     return [{"program": r.program, "machine": r.machine, "verdict": r.verdict} for r in run.results]

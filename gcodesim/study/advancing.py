@@ -22,7 +22,7 @@ MOST_POSES = 10_000
 
 
 @dataclass(frozen=True)
-class Motion:
+class PointMotion:
     """How the points of the moving body move at one instant.
 
     Attributes:
@@ -70,7 +70,7 @@ def _triangles(scene: Scene, body: str) -> Floats:
 
 def _motion(
     path: Path, joints: tuple[Joint, ...], piece: int, time_ps: int, posed: Floats
-) -> Motion:
+) -> PointMotion:
     """Velocity now, and bounds of the acceleration during the rest of a piece."""
     start, end = (int(t) for t in path.bounds_ps[piece : piece + 2])
     seconds, tau = (end - start) / PS_PER_S, (time_ps - start) / (end - start)
@@ -86,9 +86,9 @@ def _motion(
         spin = np.cross(turning.axis, arm)
         lever = np.linalg.norm(spin, axis=2).max(axis=1)
         curvature = lever * ((turn * most_rate) ** 2 + abs(turn) * most_bend)
-        return Motion(turn * rate * spin, curvature, np.eye(3) - np.outer(*[turning.axis] * 2))
+        return PointMotion(turn * rate * spin, curvature, np.eye(3) - np.outer(*[turning.axis] * 2))
     way, bend, across = _way(path, joints, piece, s, most_rate, most_bend)
-    return Motion(np.broadcast_to(rate * way, posed.shape), np.full(len(posed), bend), across)
+    return PointMotion(np.broadcast_to(rate * way, posed.shape), np.full(len(posed), bend), across)
 
 
 def _way(
