@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 from click.testing import CliRunner, Result
 
+from gcodesim.checking.options import Scope
 from gcodesim.cli import main
+from gcodesim.cli.run_options import MODEL
 from gcodesim.cli.settings_file import SettingsFile
 
 PASSES = "G21 G90\nT1 M6\nG0 X20 Y10\nM30\n"
@@ -278,6 +280,46 @@ def test_a_job_may_have_several_machines(shop: Path) -> None:
     assert [r["machine"] for r in reports()] == ["table_tilt", "head_tilt"]
     done = reports("parts/good.nc", "--machine", "head_tilt", "--machine", "table_tilt")
     assert [r["machine"] for r in done] == ["head_tilt", "table_tilt"]
+
+
+def test_every_option_may_stand_where_its_field_says_and_nowhere_else(shop: Path) -> None:
+    for each in MODEL:
+        name, scope = each.option.name, each.option.scope
+        top, job = (
+            "unknown key; " not in written(shop, f"{name} = 0"),
+            written(shop, f"[[jobs]]\nprograms = ['parts']\n{name} = 0"),
+        )
+        if name != "jobs":  # there these are what is to be done
+            assert top is (scope is not Scope.COMMAND_LINE), name
+        assert ("holds for the whole run" in job) is (scope is Scope.RUN), name
+        assert ("unknown key; " in job) is (scope is Scope.COMMAND_LINE), name
+
+
+def written(shop: Path, text: str) -> str:
+    """What `check` has to say about settings."""
+    (shop / "gcodesim.toml").write_text(f"{text}\n")
+    return check("--show-settings", "parts/good.nc").output
+
+
+def test_a_job_of_every_option_shows_what_was_written(shop: Path) -> None:
+    """Field, key, value on the command line and value that is shown are one model."""
+    values = {
+        **{"machine": "head_tilt", "setup": "s.yaml", "tools": "t.yaml", "rapids": "dogleg"},
+        **{"allow-outside": True, "dialect": "haas", "feed": 12.5, "block-delete": True},
+        **{"max-blocks": 7, "sample-period": "2ms", "method": "search", "between-samples": "off"},
+        **{"clearance": 1.5, "min-clearance": True, "stop": "all", "audit": True},
+        **{"fail-on": "note", "select": ["GC2"], "ignore": ["GC430"]},
+    }
+    of_jobs = {each.option.name for each in MODEL if each.option.scope is Scope.JOB}
+    assert values.keys() == of_jobs
+    lines = "".join(f"{name} = {json.dumps(value)}\n" for name, value in values.items())
+    (shop / "gcodesim.toml").write_text(f"[[jobs]]\nprograms = ['parts/good.nc']\n{lines}")
+    found = shown()
+    for name, value in values.items():
+        (item,) = value if isinstance(value, list) else [value]
+        text = str(item).lower() if isinstance(item, bool) else str(item)
+        if name != "method":  # the same as at the top, and not shown again
+            assert found[name].split()[0] == text, name
 
 
 @pytest.mark.parametrize("pattern", [".", "parts", "parts/", "{shop}/parts/*.nc"])

@@ -129,9 +129,9 @@ class Options:
     device: str = option(
         "auto",
         Device(),
-        "Where to compute; auto takes CUDA when present.",
+        "Where to compute: auto, cpu, cuda or cuda:N; auto takes CUDA when present.",
         name="device",
-        metavar="auto|cpu|cuda[:N]",
+        metavar="NAME",
         scope=Scope.RUN,
     )
     method: str = option(

@@ -99,13 +99,8 @@ def _click_option(each: OptionField) -> Callable[[Command], Command]:
             more |= {"type": shard, "default": kind.written(each.default)}
         case kind:
             more |= {"type": _type(kind), "default": each.default or None}
-    return click.option(
-        each.field,
-        name,
-        multiple=option.many,
-        show_default=more["default"] is not None,
-        **more,
-    )
+    more["show_default"] = more["default"] is not None and not isinstance(option.kind, Shard)
+    return click.option(each.field, name, multiple=option.many, **more)
 
 
 def _type(kind: OptionKind) -> Any:

@@ -63,6 +63,7 @@ def write_figures(
     type=click.FloatRange(min=0, min_open=True, max=1e6),
     default=600.0,
     show_default=True,
+    metavar="S",
     help="Least machine time of the long search: the motion is repeated until then.",
 )
 @click.option(
@@ -110,7 +111,9 @@ def study() -> None:
     metavar="N",
     help="Random programs of each kind (3 axes, 3+2, 5 axes) besides.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the random programs.")
+@click.option(
+    "--seed", type=int, default=1, show_default=True, metavar="N", help="Of the random programs."
+)
 @click.option(
     "--refine",
     type=click.IntRange(0, 4),
