@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import gcodesim
-from gcodesim.checking.options import options_of
+from gcodesim.checking.options import DIALECTS, options_of
+from gcodesim.nc.control.readings import choose_dialect
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -50,6 +51,11 @@ def test_the_readme_says_which_option_a_field_is() -> None:
             assert meaning == "the same name"
         else:
             assert f"`--{option.name}" in meaning or not option.name
+
+
+def test_every_dialect_that_is_offered_is_one() -> None:
+    for name in DIALECTS:
+        assert choose_dialect(name).name == name
 
 
 def test_every_field_of_options_says_what_it_is() -> None:

@@ -255,6 +255,45 @@ def test_no_class_name_and_no_module_name_stands_twice() -> None:
     assert sorted(name for name, files in modules.items() if len(files) > 1) == MODULES_TWICE
 
 
+def test_study_ships_nothing_that_its_commands_do_not_use() -> None:
+    """What only tests use stands with them."""
+    inside = [file for file in FILES if file.startswith("gcodesim/study/")]
+    bodies: dict[str, list[ast.stmt]] = {}
+    for file in inside:
+        for node in tree(file).body:
+            for name in defined(node):
+                bodies.setdefault(name, []).append(node)
+    outside = (node for file in FILES if file not in inside for node in ast.walk(tree(file)))
+    pending = {
+        alias.name
+        for node in outside
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("gcodesim.study")
+        for alias in node.names
+    }
+    reached: set[str] = set()
+    while pending:
+        name = pending.pop()
+        reached.add(name)
+        used = {n for body in bodies.get(name, []) for node in ast.walk(body) for n in names(node)}
+        pending |= (used & bodies.keys()) - reached
+    assert sorted(bodies.keys() - reached) == []
+
+
+def defined(node: ast.stmt) -> list[str]:
+    """Names that a statement at the top of a module gives."""
+    if isinstance(node, ast.FunctionDef | ast.ClassDef):
+        return [node.name]
+    if isinstance(node, ast.Assign | ast.AnnAssign):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        return [n.id for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)]
+    return []
+
+
+def names(node: ast.AST) -> list[str]:
+    """Names that are used at a node."""
+    return [getattr(node, field) for field in ("id", "attr") if hasattr(node, field)]
+
+
 @pytest.mark.parametrize("file", FILES)
 def test_every_file_begins_with_its_sentence_and_stays_short(file: str) -> None:
     sentence = (ast.get_docstring(tree(file)) or "").partition("\n")[0]

@@ -96,16 +96,11 @@ class Job:
     def _named_options(self) -> Iterator[str]:
         """Yield the options that differ from what a batch does unless asked, for people."""
         for described in (self.asked, self.options):
-            for each in options_of(type(described)):
-                value = getattr(described, each.field)
-                if (
-                    each.option.name in IN_THE_LABEL
-                    or not each.option.name
-                    or value == each.default
-                ):
-                    continue
-                for item in value if each.option.many else [value]:
-                    yield _on_the_command_line(each.option, item)
+            for name, option, default in options_of(type(described)):
+                value = getattr(described, name)
+                if option.name and option.name not in IN_THE_LABEL and value != default:
+                    items = value if option.many else [value]
+                    yield from (_on_the_command_line(option, item) for item in items)
         if not (self.options.minimum or self.options.nearest):
             yield "--no-min-clearance"
 
