@@ -114,13 +114,13 @@ def test_a_program_may_belong_to_several_machines_or_none(shop: Path) -> None:
 def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
     job = '[[jobs]]\nprograms = ["parts/g*.nc"]\nfeed = 500\n'
     (shop / "gcodesim.toml").write_text(MACHINE + "quiet = true\n" + job)
-    said = shown("--stop", "all")
-    assert said["machine"].split() == ["table_tilt", "(gcodesim.toml)"]
-    assert said["sample-period"].split() == ["10ms", "(gcodesim.toml)"]
-    assert said["quiet"].split() == ["true", "(gcodesim.toml)"]
-    assert said["stop"].split() == ["all", "(command", "line)"]
-    assert said["method"].split() == ["search", "(default)"]
-    assert said["feed"].split() == ["500.0", "(gcodesim.toml:", "jobs[0])"]
+    message = shown("--stop", "all")
+    assert message["machine"].split() == ["table_tilt", "(gcodesim.toml)"]
+    assert message["sample-period"].split() == ["10ms", "(gcodesim.toml)"]
+    assert message["quiet"].split() == ["true", "(gcodesim.toml)"]
+    assert message["stop"].split() == ["all", "(command", "line)"]
+    assert message["method"].split() == ["search", "(default)"]
+    assert message["feed"].split() == ["500.0", "(gcodesim.toml:", "jobs[0])"]
     text = check("--show-settings").stdout
     assert text.startswith("settings: gcodesim.toml\n")
     assert "gcodesim.toml: jobs[0]: parts/good.nc\n" in text
@@ -132,7 +132,7 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("machine =  ?", "gcodesim.toml: no valid TOML: Invalid value (at line 1, column 12)"),
         ("mashine = 'x'", "gcodesim.toml:1: mashine: unknown key; did you mean 'machine'?"),
@@ -190,12 +190,14 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
         ),
     ],
 )
-def test_a_wrong_file_is_named_with_what_would_be_right(shop: Path, text: str, said: str) -> None:
+def test_a_wrong_file_is_named_with_what_would_be_right(
+    shop: Path, text: str, message: str
+) -> None:
     (shop / "gcodesim.toml").write_text(f"{text}\n")
     programs = [] if "jobs" in text else ["parts/good.nc", "--machine", "table_tilt"]
     result = check(*programs)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert "Traceback" not in result.stderr
 
 
@@ -349,10 +351,13 @@ def test_programs_under_different_settings_are_not_mixed(shop: Path) -> None:
 
 
 def test_settings_that_are_named_must_be_there(shop: Path) -> None:
-    for file, said in (("no.toml", "no.toml: cannot be read"), ("parts", "parts: cannot be read")):
+    for file, message in (
+        ("no.toml", "no.toml: cannot be read"),
+        ("parts", "parts: cannot be read"),
+    ):
         result = check("parts/good.nc", "--settings", file)
         assert result.exit_code == 2
-        assert said in result.stderr
+        assert message in result.stderr
 
 
 @pytest.mark.usefixtures("shop")
@@ -371,7 +376,7 @@ def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         (["json=parts"], "parts is a folder"),
         (["json=parts/good.nc"], "parts/good.nc is a program that is checked"),
@@ -379,8 +384,8 @@ def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch)
     ],
 )
 @pytest.mark.usefixtures("shop")
-def test_reports_that_would_destroy_something_are_refused(given: list[str], said: str) -> None:
+def test_reports_that_would_destroy_something_are_refused(given: list[str], message: str) -> None:
     result = check("parts/good.nc", *(f"--report={text}" for text in given))
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert Path("parts/good.nc").read_text() == PASSES
