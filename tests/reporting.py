@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from gcodesim.checking.verdict import CheckResult, Coverage
 from gcodesim.findings.codes import Finding
-from gcodesim.report.outcome import Failure, Run
+from gcodesim.report.outcome import Failure, RunOutcome
 
 PASSED = CheckResult(
     program="parts/part.nc",
@@ -40,4 +40,4 @@ UNKNOWN = finding("GC402", 12)
 
 FAILED = replace(PASSED, program="parts/b a.nc", findings=(NOTE, NEAR, TOUCH))
 UNCLEAR = replace(PASSED, program="parts/unclear.nc", findings=(UNKNOWN,))
-RUN = Run((PASSED, FAILED, UNCLEAR), (Failure("missing.nc", "missing.nc: cannot be read"),))
+RUN = RunOutcome((PASSED, FAILED, UNCLEAR), (Failure("missing.nc", "missing.nc: cannot be read"),))

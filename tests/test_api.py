@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 import gcodesim
+from gcodesim.checking.options import DIALECTS, options_of
+from gcodesim.nc.control.readings import choose_dialect
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -38,6 +40,29 @@ def test_every_field_of_options_is_named_in_the_readme() -> None:
     section = README.partition("## From Python")[2].partition("\n## ")[0]
     named = re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (`.*?) \|", section, re.MULTILINE)))
     assert sorted(named) == sorted(field.name for field in fields(gcodesim.Options))
+
+
+def test_the_readme_says_which_option_a_field_is() -> None:
+    section = README.partition("## From Python")[2].partition("\n## ")[0]
+    rows = re.findall(r"^\| (`.*?) \| (.*) \|$", section, re.MULTILINE)
+    for name, option, _ in options_of(gcodesim.Options):
+        ((_, meaning),) = (row for row in rows if f"`{name}`" in row[0])
+        if option.name == name.replace("_", "-"):
+            assert meaning == "the same name"
+        else:
+            assert f"`--{option.name}" in meaning or not option.name
+
+
+def test_every_dialect_that_is_offered_is_one() -> None:
+    for name in DIALECTS:
+        assert choose_dialect(name).name == name
+
+
+def test_every_field_of_options_says_what_it_is() -> None:
+    described = {name: option for name, option, _ in options_of(gcodesim.Options)}
+    assert list(described) == [field.name for field in fields(gcodesim.Options)]
+    for name, option in described.items():
+        assert f"    {name}: {option.help}" in (gcodesim.Options.__doc__ or "")
 
 
 def test_check_gives_the_same_function_every_time() -> None:

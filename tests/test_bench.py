@@ -18,7 +18,7 @@ from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
 from gcodesim.nc.interpret import interpret
 from gcodesim.study.clock import RUNS, time_runs
-from gcodesim.study.job import Job, exhaustive_job, longest_job, repeated, search_job
+from gcodesim.study.job import StudyJob, exhaustive_job, longest_job, repeated, search_job
 from gcodesim.study.paper_tables import CPU_US, FIGURES, GPU_US
 
 PROGRAM = "G21 G90\nT1 M6\nS1000 M3\nG0 X20. Y10.\nG1 A-20. C40. F3000.\nX40.\nM30\n"
@@ -44,7 +44,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return report
 
 
-def job_of(text: str) -> Job:
+def job_of(text: str) -> StudyJob:
     machine = load_machine("table_tilt")
     meaning = interpret(text, control_for(machine, None, None, False), "p.nc")
     return longest_job(plan(meaning.program, machine)[0], machine, 100_000_000)

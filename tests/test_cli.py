@@ -177,7 +177,7 @@ def test_exit_code_is_that_of_the_worst_program(programs: list[str], code: int) 
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["check", "pass.nc", "--machine", "table_tilt", "--fast"], "No such option '--fast'"),
         (["check", "--machine", "table_tilt"], "Missing argument 'PROGRAM...'"),
@@ -203,10 +203,10 @@ def test_exit_code_is_that_of_the_worst_program(programs: list[str], code: int) 
     ],
 )
 @pytest.mark.usefixtures("folder")
-def test_what_cannot_be_carried_out_is_2_with_a_sentence(args: list[str], said: str) -> None:
+def test_what_cannot_be_carried_out_is_2_with_a_sentence(args: list[str], message: str) -> None:
     result = run(*args)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert "Traceback" not in result.stderr
     assert result.stdout == ""
 

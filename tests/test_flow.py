@@ -20,23 +20,23 @@ SAMPLE = Path(__file__).parents[1] / "samples/tilt_into_holder.nc"
 
 
 def test_kernels_that_take_long_to_load_are_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    told, said, load = threading.Event(), list[str](), detector.load_kernels
+    noticed, lines, load = threading.Event(), list[str](), detector.load_kernels
 
     def notice(line: str) -> None:
-        said.append(line)
-        told.set()
+        lines.append(line)
+        noticed.set()
 
     def slow(method: str, device: str) -> tuple[str, ...]:
-        assert told.wait(60.0)
+        assert noticed.wait(60.0)
         return load(method, device)
 
     given: Any = read_program(SAMPLE), "a.nc", load_machine("table_tilt"), Options(device="cpu")
     flow.check_program(*given, notice=notice)
-    assert said == []
+    assert lines == []
     monkeypatch.setattr(flow, "COMPILING_S", 0.0)
     monkeypatch.setattr(detector, "load_kernels", slow)
     flow.check_program(*given, notice=notice)
-    assert said == ["compiling kernels, once: about 20 s"]
+    assert lines == ["compiling kernels, once: about 20 s"]
 
 
 @pytest.mark.parametrize("quiet", [[], ["--quiet"]])

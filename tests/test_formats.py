@@ -18,7 +18,7 @@ from gcodesim.findings.codes import CODES, Ignored
 from gcodesim.findings.fingerprints import fingerprints
 from gcodesim.report import github, gitlab, jsonl, junit, sarif
 from gcodesim.report.formats import RENDER
-from gcodesim.report.outcome import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, RunOutcome
 
 HIDDEN = replace(PASSED, findings=(replace(TOUCH, ignored=Ignored("comment", "dummy")), NOTE))
 
@@ -31,7 +31,7 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def sarif_run(run: Run) -> dict:
+def sarif_run(run: RunOutcome) -> dict:
     log = json.loads(sarif.render(run))
     for schema in (sarif_schema(), GITHUB_SARIF):
         jsonschema.Draft7Validator(schema).validate(log)
@@ -41,7 +41,7 @@ def sarif_run(run: Run) -> dict:
 def test_every_format_has_a_writer_and_an_answer_to_an_empty_run() -> None:
     assert tuple(RENDER) == FORMATS
     for name, render in RENDER.items():
-        assert isinstance(render(Run(())), str), name
+        assert isinstance(render(RunOutcome(())), str), name
 
 
 def test_junit_is_valid_and_an_undecided_program_is_an_error() -> None:
@@ -64,7 +64,9 @@ def test_junit_is_valid_and_an_undecided_program_is_an_error() -> None:
 
 def test_junit_names_are_unique_and_pictures_are_attached(root: Path) -> None:
     seen = replace(FAILED, pictures=(str(root / "out/contact.png"), "near.png"))
-    (suite,) = ElementTree.fromstring(junit.render(Run((seen, FAILED, replace(FAILED, setup="s")))))
+    (suite,) = ElementTree.fromstring(
+        junit.render(RunOutcome((seen, FAILED, replace(FAILED, setup="s"))))
+    )
     names = [case.get("name") for case in suite]
     assert names == ["parts/b a.nc", "parts/b a.nc #2", "parts/b a.nc (s)"]
     assert suite[0].findtext("system-out") == (
@@ -74,7 +76,7 @@ def test_junit_names_are_unique_and_pictures_are_attached(root: Path) -> None:
 
 def test_a_body_of_junit_stays_readable() -> None:
     many = replace(FAILED, findings=tuple(finding("GC301", line) for line in range(1, 151)))
-    (suite,) = ElementTree.fromstring(junit.render(Run((many,))))
+    (suite,) = ElementTree.fromstring(junit.render(RunOutcome((many,))))
     assert suite[0][0].text.count("error GC301") == junit.BODY_FINDINGS
     assert "  50 more findings: see the other reports\n" in suite[0][0].text
 
@@ -119,7 +121,7 @@ def test_sarif_is_valid_and_says_where(root: Path) -> None:
     ],
 )
 def test_sarif_paths_are_relative_references(file: str, uri: str) -> None:
-    run = sarif_run(Run((replace(FAILED, findings=(replace(TOUCH, file=file),)),)))
+    run = sarif_run(RunOutcome((replace(FAILED, findings=(replace(TOUCH, file=file),)),)))
     (result,) = run["results"]
     location = result["locations"][0]["physicalLocation"]["artifactLocation"]
     assert location["uri"] == uri
@@ -169,7 +171,7 @@ def test_github_annotates_the_ten_weightiest_and_sums_up_all() -> None:
 
 def test_github_escapes_what_would_end_a_property() -> None:
     odd = replace(TOUCH, file="a,b:c%.nc", message="two\nlines")
-    line = github.render(Run((replace(FAILED, findings=(odd,)),)))
+    line = github.render(RunOutcome((replace(FAILED, findings=(odd,)),)))
     assert line.startswith("::error file=a%2Cb%3Ac%25.nc,line=6,col=4::GC102 two")
     assert line.count("\n") == 1
 
@@ -177,7 +179,7 @@ def test_github_escapes_what_would_end_a_property() -> None:
 def test_the_step_summary_stays_below_its_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(github, "SUMMARY_BYTES", 1000)
     many = tuple(finding("GC301", line) for line in range(20, 60))
-    summary = github.summary(Run((replace(FAILED, findings=many),)))
+    summary = github.summary(RunOutcome((replace(FAILED, findings=many),)))
     assert len(summary.encode()) <= 1000
     shown = summary.count("- **GC301")
     assert shown > 0
@@ -186,7 +188,7 @@ def test_the_step_summary_stays_below_its_limit(monkeypatch: pytest.MonkeyPatch)
 
 def test_json_lines_are_canonical() -> None:
     other = replace(FAILED, device="cuda:0", timing_s={"search": 9.0}, work={"poses": 3})
-    assert jsonl.render(Run((FAILED,))) == jsonl.render(Run((other,)))
+    assert jsonl.render(RunOutcome((FAILED,))) == jsonl.render(RunOutcome((other,)))
     lines = jsonl.render(RUN).splitlines()
     objects = [json.loads(line) for line in lines]
     for line, value in zip(lines, objects, strict=True):
@@ -197,7 +199,7 @@ def test_json_lines_are_canonical() -> None:
 
 
 def test_what_is_ignored_is_told_where_reasons_are_and_nowhere_else() -> None:
-    run = Run((HIDDEN,))
+    run = RunOutcome((HIDDEN,))
     assert [result["ruleId"] for result in sarif_run(run)["results"]] == ["GC430"]
     assert "GC102" not in gitlab.render(run) + github.render(run) + github.summary(run)
     report = json.loads(RENDER["json"](run))
@@ -214,7 +216,7 @@ def test_what_is_ignored_is_told_where_reasons_are_and_nowhere_else() -> None:
 
 def test_an_undecided_program_without_a_finding_is_seen() -> None:
     """Nothing moved, so nothing was checked: every format must say more than silence."""
-    still = Run((replace(UNCLEAR, findings=(NOTE,), samples=0),))
+    still = RunOutcome((replace(UNCLEAR, findings=(NOTE,), samples=0),))
     assert sarif_run(still)["results"][0]["ruleId"] == "GC901"
     assert github.render(still).startswith("::error file=parts/unclear.nc,line=1::GC901 nothing")
     assert json.loads(gitlab.render(still))[0]["severity"] == "critical"
@@ -222,5 +224,5 @@ def test_an_undecided_program_without_a_finding_is_seen() -> None:
 
 def test_order_is_by_what_decides() -> None:
     mixed = replace(FAILED, findings=(NOTE, NEAR, UNKNOWN, LIMIT, TOUCH))
-    codes = re.findall(r"::(GC\d+) ", github.render(Run((mixed,))))
+    codes = re.findall(r"::(GC\d+) ", github.render(RunOutcome((mixed,))))
     assert codes == ["GC102", "GC301", "GC402", "GC201", "GC430"]

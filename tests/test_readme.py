@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import shlex
-from collections.abc import Iterator
 from pathlib import Path
 
 import click
 import pytest
 import yaml
 from click.testing import CliRunner
+from option_table import commands, option_table, options, with_table
 
 from gcodesim.checking.verdict import CONTRACT
 from gcodesim.cli import main
@@ -19,26 +19,10 @@ from gcodesim.report.text import CONTRACT as REPORTED
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+GUIDE = (ROOT / ".github/CONTRIBUTING.md").read_text(encoding="utf-8")
 SETUP = re.findall(r"^```sh\n(.*?)```$", README, re.MULTILINE | re.DOTALL)
 RUNS = re.findall(r"^```console\n\$ gcodesim (.*?)\n(.*?)```$", README, re.MULTILINE | re.DOTALL)
 ROWS = re.findall(r"^\| `gcodesim ?(.*?)` \| .* \| (.*) ?\|$", README, re.MULTILINE)
-
-
-def commands(
-    command: click.Command = main, path: tuple[str, ...] = ()
-) -> Iterator[tuple[tuple[str, ...], click.Command]]:
-    """Yield every command with its path; groups only when they have options of their own."""
-    if options(command) or not isinstance(command, click.Group):
-        yield path, command
-    if isinstance(command, click.Group):
-        for name, below in command.commands.items():
-            yield from commands(below, (*path, name))
-
-
-def options(command: click.Command) -> set[str]:
-    """Long options of a command."""
-    given = [option for p in command.params if isinstance(p, click.Option) for option in p.opts]
-    return {option for option in given if option.startswith("--")}
 
 
 def words(usage: str) -> tuple[str, ...]:
@@ -95,12 +79,22 @@ def test_the_contract_is_the_same_everywhere() -> None:
 
 def test_every_command_and_option_is_documented_and_no_other() -> None:
     documented = {words(usage): set(re.findall(r"--[a-z-]+", row)) for usage, row in ROWS}
-    assert documented == {path: options(command) for path, command in commands()}
+    assert documented == {path: set(options(command)) for path, command in commands()}
 
 
-def test_every_option_is_explained_and_no_other() -> None:
-    explained = re.findall(r"^\| `(--[a-z-]+)[^|]*` \|", README, re.MULTILINE)
-    assert sorted(explained) == sorted({o for _, command in commands() for o in options(command)})
+def test_the_table_of_options_is_the_one_that_the_commands_make() -> None:
+    """After a change: python tests/option_table.py."""
+    assert option_table() in README
+    assert with_table(README) == README
+
+
+def test_a_new_option_is_in_the_table_at_once() -> None:
+    option = click.Option(["--speed"], metavar="N", default=3, show_default=True, help="How fast.")
+    main.commands["trace"].params.append(option)
+    try:
+        assert "| `--speed N` | `trace`: How fast. Default: `3`. | |\n" in option_table()
+    finally:
+        main.commands["trace"].params.remove(option)
 
 
 def test_every_choice_is_named() -> None:
@@ -111,6 +105,6 @@ def test_every_choice_is_named() -> None:
                     assert f"`{choice}`" in README, f"{parameter.name}: {choice}"
 
 
-@pytest.mark.parametrize("path", sorted(set(re.findall(r"`([\w.]+/[\w./]*)`", README))))
+@pytest.mark.parametrize("path", sorted(set(re.findall(r"`([\w.]+/[\w./]*)`", README + GUIDE))))
 def test_files_that_are_named_exist(path: str) -> None:
     assert (ROOT / path).exists() or path == SCHEMA

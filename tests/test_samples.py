@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from machine.five_axis import tip_position
 
 from gcodesim.checking.flow import check_program
 from gcodesim.checking.options import Options
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE
 from gcodesim.machine.control_data import control_for
-from gcodesim.machine.kinematics import tip_position, world_from_link
+from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.motion.planner import plan
 from gcodesim.nc.interpret import interpret

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner, Result
 
+from gcodesim.checking.options import Scope
 from gcodesim.cli import main
+from gcodesim.cli.run_options import MODEL
+from gcodesim.cli.settings_file import SettingsFile
 
 PASSES = "G21 G90\nT1 M6\nG0 X20 Y10\nM30\n"
 FAILS = "G21 G90\nG1 X10\nM30\n"
@@ -109,13 +114,13 @@ def test_a_program_may_belong_to_several_machines_or_none(shop: Path) -> None:
 def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
     job = '[[jobs]]\nprograms = ["parts/g*.nc"]\nfeed = 500\n'
     (shop / "gcodesim.toml").write_text(MACHINE + "quiet = true\n" + job)
-    said = shown("--stop", "all")
-    assert said["machine"].split() == ["table_tilt", "(gcodesim.toml)"]
-    assert said["sample-period"].split() == ["10ms", "(gcodesim.toml)"]
-    assert said["quiet"].split() == ["true", "(gcodesim.toml)"]
-    assert said["stop"].split() == ["all", "(command", "line)"]
-    assert said["method"].split() == ["search", "(default)"]
-    assert said["feed"].split() == ["500.0", "(gcodesim.toml:", "jobs[0])"]
+    message = shown("--stop", "all")
+    assert message["machine"].split() == ["table_tilt", "(gcodesim.toml)"]
+    assert message["sample-period"].split() == ["10ms", "(gcodesim.toml)"]
+    assert message["quiet"].split() == ["true", "(gcodesim.toml)"]
+    assert message["stop"].split() == ["all", "(command", "line)"]
+    assert message["method"].split() == ["search", "(default)"]
+    assert message["feed"].split() == ["500.0", "(gcodesim.toml:", "jobs[0])"]
     text = check("--show-settings").stdout
     assert text.startswith("settings: gcodesim.toml\n")
     assert "gcodesim.toml: jobs[0]: parts/good.nc\n" in text
@@ -127,7 +132,7 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("machine =  ?", "gcodesim.toml: no valid TOML: Invalid value (at line 1, column 12)"),
         ("mashine = 'x'", "gcodesim.toml:1: mashine: unknown key; did you mean 'machine'?"),
@@ -185,12 +190,14 @@ def test_show_settings_says_what_is_in_force_and_why(shop: Path) -> None:
         ),
     ],
 )
-def test_a_wrong_file_is_named_with_what_would_be_right(shop: Path, text: str, said: str) -> None:
+def test_a_wrong_file_is_named_with_what_would_be_right(
+    shop: Path, text: str, message: str
+) -> None:
     (shop / "gcodesim.toml").write_text(f"{text}\n")
     programs = [] if "jobs" in text else ["parts/good.nc", "--machine", "table_tilt"]
     result = check(*programs)
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert "Traceback" not in result.stderr
 
 
@@ -204,12 +211,117 @@ def test_lines_are_those_of_the_keys_whatever_stands_around_them(shop: Path) -> 
     assert "pyproject.toml:12: feed: 'fast' is not" in check("parts/good.nc").stderr
 
 
+AWKWARD = r'''
+# [feed] = "1"
+note = """ # no comment
+[jobs]
+feed = 2 \"""""
+other = ''
+[tool."x # ]".'y "']
+list = [  # ]]
+  "]", '"', # "
+  { a = [1,
+  2], "b = [" = """ } """ },
+]
+"a = 'b" = 3
+c.d."e.f" = """""\\"""
+[[jobs]]
+programs = [""]
+[[jobs]] # second
+machine = """
+table_tilt"""
+last = 1'''
+
+
+def test_every_key_of_an_awkward_file_is_found_in_its_line(tmp_path: Path) -> None:
+    file = tmp_path / "gcodesim.toml"
+    file.write_text(AWKWARD)
+    assert tomllib.loads(AWKWARD)["jobs"][1] == {"machine": "table_tilt", "last": 1}
+    tool = ("tool", "x # ]", 'y "')
+    assert SettingsFile(str(file)).lines == {
+        (): 3,
+        ("note",): 3,
+        ("other",): 6,
+        tool[:-1]: 7,
+        tool: 7,
+        (*tool, "list"): 8,
+        (*tool, "a = 'b"): 13,
+        (*tool, "c"): 14,
+        ("jobs",): 15,
+        ("jobs", 0): 15,
+        ("jobs", 0, "programs"): 16,
+        ("jobs", 1): 17,
+        ("jobs", 1, "machine"): 18,
+        ("jobs", 1, "last"): 20,
+    }
+
+
+def test_every_character_of_a_long_file_is_parsed_once_to_find_a_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parsed, loads = list[str](), tomllib.loads
+
+    def counting(text: str) -> dict[str, Any]:
+        parsed.append(text)
+        return loads(text)
+
+    names = "".join(f"  'part{number}.nc', # [\n" for number in range(5000))
+    text = f"{names}]\nnote = '''\n{names}'''\n" + "# and so on\nfeed = 1\n" * 5000
+    file = tmp_path / "gcodesim.toml"
+    file.write_text(f"[[jobs]]\nprograms = [\n{text.replace('feed', 'f{}')}".format(*range(5000)))
+    monkeypatch.setattr(tomllib, "loads", counting)
+    lines = SettingsFile(str(file)).lines
+    assert lines["jobs", 0, "note"] == 5004
+    assert lines["jobs", 0, "f4999"] == len(file.read_text().splitlines())
+    assert sum(map(len, parsed)) <= len(file.read_text())
+
+
 def test_a_job_may_have_several_machines(shop: Path) -> None:
     job = '[[jobs]]\nprograms = ["parts/good.nc"]\nmachine = ["table_tilt", "head_tilt"]\n'
     (shop / "gcodesim.toml").write_text('device = "cpu"\nsample-period = "10ms"\n' + job)
     assert [r["machine"] for r in reports()] == ["table_tilt", "head_tilt"]
     done = reports("parts/good.nc", "--machine", "head_tilt", "--machine", "table_tilt")
     assert [r["machine"] for r in done] == ["head_tilt", "table_tilt"]
+
+
+def test_every_option_may_stand_where_its_field_says_and_nowhere_else(shop: Path) -> None:
+    for each in MODEL:
+        name, scope = each.option.name, each.option.scope
+        top, job = (
+            "unknown key; " not in written(shop, f"{name} = 0"),
+            written(shop, f"[[jobs]]\nprograms = ['parts']\n{name} = 0"),
+        )
+        if name != "jobs":  # there these are what is to be done
+            assert top is (scope is not Scope.COMMAND_LINE), name
+        assert ("holds for the whole run" in job) is (scope is Scope.RUN), name
+        assert ("unknown key; " in job) is (scope is Scope.COMMAND_LINE), name
+
+
+def written(shop: Path, text: str) -> str:
+    """What `check` has to say about settings."""
+    (shop / "gcodesim.toml").write_text(f"{text}\n")
+    return check("--show-settings", "parts/good.nc").output
+
+
+def test_a_job_of_every_option_shows_what_was_written(shop: Path) -> None:
+    """Field, key, value on the command line and value that is shown are one model."""
+    values = {
+        **{"machine": "head_tilt", "setup": "s.yaml", "tools": "t.yaml", "rapids": "dogleg"},
+        **{"allow-outside": True, "dialect": "haas", "feed": 12.5, "block-delete": True},
+        **{"max-blocks": 7, "sample-period": "2ms", "method": "search", "between-samples": "off"},
+        **{"clearance": 1.5, "min-clearance": True, "stop": "all", "audit": True},
+        **{"fail-on": "note", "select": ["GC2"], "ignore": ["GC430"]},
+    }
+    of_jobs = {each.option.name for each in MODEL if each.option.scope is Scope.JOB}
+    assert values.keys() == of_jobs
+    lines = "".join(f"{name} = {json.dumps(value)}\n" for name, value in values.items())
+    (shop / "gcodesim.toml").write_text(f"[[jobs]]\nprograms = ['parts/good.nc']\n{lines}")
+    found = shown()
+    for name, value in values.items():
+        (item,) = value if isinstance(value, list) else [value]
+        text = str(item).lower() if isinstance(item, bool) else str(item)
+        if name != "method":  # the same as at the top, and not shown again
+            assert found[name].split()[0] == text, name
 
 
 @pytest.mark.parametrize("pattern", [".", "parts", "parts/", "{shop}/parts/*.nc"])
@@ -239,10 +351,13 @@ def test_programs_under_different_settings_are_not_mixed(shop: Path) -> None:
 
 
 def test_settings_that_are_named_must_be_there(shop: Path) -> None:
-    for file, said in (("no.toml", "no.toml: cannot be read"), ("parts", "parts: cannot be read")):
+    for file, message in (
+        ("no.toml", "no.toml: cannot be read"),
+        ("parts", "parts: cannot be read"),
+    ):
         result = check("parts/good.nc", "--settings", file)
         assert result.exit_code == 2
-        assert said in result.stderr
+        assert message in result.stderr
 
 
 @pytest.mark.usefixtures("shop")
@@ -261,7 +376,7 @@ def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch)
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         (["json=parts"], "parts is a folder"),
         (["json=parts/good.nc"], "parts/good.nc is a program that is checked"),
@@ -269,8 +384,8 @@ def test_one_run_feeds_every_report(shop: Path, monkeypatch: pytest.MonkeyPatch)
     ],
 )
 @pytest.mark.usefixtures("shop")
-def test_reports_that_would_destroy_something_are_refused(given: list[str], said: str) -> None:
+def test_reports_that_would_destroy_something_are_refused(given: list[str], message: str) -> None:
     result = check("parts/good.nc", *(f"--report={text}" for text in given))
     assert result.exit_code == 2
-    assert said in result.stderr
+    assert message in result.stderr
     assert Path("parts/good.nc").read_text() == PASSES

@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from gcodesim.batch.jobs import Job
@@ -49,8 +48,10 @@ def check_on_cluster(
     with _client(address, count) as client:
         from distributed import as_completed
 
-        futures = {
-            client.submit(check_here, _one_thread(job), limit_s, pure=False, priority=-place): job
+        futures = {  # each worker is one of many: it has one thread
+            client.submit(
+                check_here, job.with_options(threads=1), limit_s, pure=False, priority=-place
+            ): job
             for place, job in enumerate(jobs)
         }
         for future in as_completed(list(futures)):
@@ -71,7 +72,7 @@ def check_here(job: Job, limit_s: float | None) -> Record:
 
 def _one_thread(job: Job) -> Job:
     """The job for a worker that is one of many."""
-    return replace(job, options=replace(job.options, threads=1))
+    return job.with_options(threads=1)
 
 
 @contextmanager

@@ -12,25 +12,25 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim import __version__
-from gcodesim.checking.options import Options
-from gcodesim.constants import PS_PER_S
+from gcodesim.checking.option_kinds import Switch
+from gcodesim.checking.options import Option, OptionField, Options, options_of
+from gcodesim.checking.request import CheckRequest
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of
 from gcodesim.policy.baseline import read_baseline
-from gcodesim.policy.policy import Policy
-from gcodesim.policy.rules import parse_prefix, parse_rule
+from gcodesim.policy.policy import Policy, policy_of
+
+IN_THE_LABEL = ("setup", "device")
+"""Options that a label has beside the others, or that do not change the answer."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Job:
     """One program on one machine.
 
     Attributes:
-        program, machine, setup, tools: as for `gcodesim check`, relative to `folder`.
-        allow_outside: mesh files may lie outside the folder of the file that names them.
-        rapids: linear | dogleg, None as the machine file says.
-        options: of the check.
-        fail_on, select, ignore, baseline: what counts, as for `gcodesim check`.
+        program, machine: as for `gcodesim check`, relative to `folder`, as all files of `asked`.
+        asked: model, options and what counts.
         snapshot: file for the picture of what was found, "" where none is wanted.
         folder: where the names are looked up.
         size: of the program [bytes]; a longer one is begun earlier.
@@ -41,21 +41,28 @@ class Job:
 
     program: str
     machine: str
-    setup: str | None = None
-    tools: str | None = None
-    allow_outside: bool = False
-    rapids: str | None = None
-    options: Options = field(default_factory=Options)
-    fail_on: str = "error"
-    select: tuple[str, ...] = ()
-    ignore: tuple[str, ...] = ()
-    baseline: str | None = None
+    asked: CheckRequest = field(default_factory=CheckRequest)
     snapshot: str = ""
     folder: str = field(default_factory=os.getcwd)
     size: int = 0
     model: str = ""
     key: str = ""
     version: str = __version__
+
+    @property
+    def options(self) -> Options:
+        """Options of the check."""
+        return self.asked.options
+
+    @property
+    def setup(self) -> str:
+        """Setup file, "" where there is none."""
+        return self.asked.setup or ""
+
+    def with_options(self, **changed: Any) -> Job:
+        """The job with some options of the check changed."""
+        asked = replace(self.asked, options=replace(self.options, **changed))
+        return replace(self, asked=asked)
 
     def as_json(self) -> str:
         """The job as one line of JSON."""
@@ -64,71 +71,59 @@ class Job:
     @property
     def _values(self) -> dict[str, Any]:
         """Everything that makes up the job; dataclasses.asdict would take ten times as long."""
-        return vars(self) | {"options": vars(self.options)}
+        return vars(self) | {"asked": vars(self.asked) | {"options": vars(self.options)}}
 
     @classmethod
     def from_json(cls, line: str) -> Job:
         """The job of a line of JSON."""
         values: dict[str, Any] = json.loads(line)
-        lists = {name: tuple(values[name]) for name in ("select", "ignore")}
-        return cls(**values | lists | {"options": Options(**values["options"])})
+        asked = values["asked"]
+        asked |= {each.field: tuple(asked[each.field]) for each in _lists()}
+        asked["options"] = Options(**asked["options"])
+        return cls(**values | {"asked": CheckRequest(**asked)})
 
     def policy(self) -> Policy:
         """What counts; UsageError where it is wrong."""
-        return Policy(
-            fail_on=self.fail_on,
-            select=tuple(parse_prefix(text, "--select") for text in self.select),
-            ignore=tuple(parse_rule(text, "--ignore") for text in self.ignore),
-            baseline=read_baseline(self.baseline) if self.baseline else None,
-        )
+        baseline = self.asked.baseline
+        return policy_of(self.asked, read_baseline(baseline) if baseline else None)
 
     @property
     def label(self) -> dict[str, Any]:
         """What tells one job from another, and an answer to it from an older one."""
-        names = {"program": self.program, "machine": self.machine, "setup": self.setup or ""}
-        return names | {"key": self.key, "options": list(self._asked())}
+        names = {"program": self.program, "machine": self.machine, "setup": self.setup}
+        return names | {"key": self.key, "options": list(self._named_options())}
 
-    def _asked(self) -> Iterator[str]:
+    def _named_options(self) -> Iterator[str]:
         """Yield the options that differ from what a batch does unless asked, for people."""
-        usual = Job("", "", options=Options(nearest=True))._named_options()
-        for name, value in self._named_options().items():
-            if isinstance(value, tuple):
-                yield from (f"--{name} {item}" for item in value)
-            elif value != usual[name]:
-                text = f"{value:.15g}" if isinstance(value, float) else value
-                yield f"--{name}" if value is True else f"--{name} {text}"
+        for described in (self.asked, self.options):
+            for name, option, default in options_of(type(described)):
+                value = getattr(described, name)
+                if option.name and option.name not in IN_THE_LABEL and value != default:
+                    items = value if option.many else [value]
+                    yield from (_on_the_command_line(option, item) for item in items)
+        if not (self.options.minimum or self.options.nearest):
+            yield "--no-min-clearance"
 
-    def _named_options(self) -> dict[str, Any]:
-        """Values of the options of this job by their names on the command line."""
-        asked = self.options
-        return {
-            "tools": self.tools,
-            "dialect": asked.dialect,
-            "feed": asked.feed,
-            "block-delete": asked.block_delete,
-            "rapids": self.rapids,
-            "max-blocks": asked.max_blocks,
-            "sample-period": f"{asked.period_ps * 1e3 / PS_PER_S:g}ms",
-            "method": asked.method,
-            "between-samples": "on" if asked.between else "off",
-            "clearance": asked.clearance,
-            "min-clearance": asked.minimum,
-            "no-min-clearance": not asked.minimum and not asked.nearest,
-            "stop": "all" if asked.stop_all else "first",
-            "audit": asked.audit,
-            "fail-on": self.fail_on,
-            "select": self.select,
-            "ignore": self.ignore,
-            "baseline": self.baseline,
-            "allow-outside": self.allow_outside,
-        }
+
+def _lists() -> list[OptionField]:
+    return [each for each in options_of(CheckRequest) if each.option.many]
+
+
+def _on_the_command_line(option: Option, value: Any) -> str:
+    """An option that is given, as a user would give it."""
+    if isinstance(value, bool) and isinstance(option.kind, Switch) and not option.kind.words:
+        return f"--{option.name}"
+    text = f"{value:.15g}" if isinstance(value, float) else option.kind.written(value)
+    return f"--{option.name} {text}"
 
 
 def prepare(jobs: Iterable[Job]) -> list[Job]:
     """The jobs with size and key, longest program first; what is alike stays in its order."""
     digest = cache(model_digest)  # of this call only: files change
     ready = [_keyed(job, digest) for job in jobs]
-    return sorted(ready, key=lambda job: (-job.size, job.program, job.machine, job.setup or ""))
+    return sorted(
+        ready, key=lambda job: (-job.size, job.program, job.machine, job.asked.setup or "")
+    )
 
 
 def shard_of(jobs: Sequence[Job], index: int, count: int) -> list[Job]:
@@ -147,12 +142,13 @@ def model_digest(machine: str, setup: str | None, tools: str | None, baseline: s
 
 def _keyed(job: Job, digest: Callable[..., str]) -> Job:
     """The job with size and key; what cannot be read has no key: it is never done already."""
+    asked = job.asked
     try:
         text = Path(job.program).read_bytes()
-        model = digest(job.machine, job.setup, job.tools, job.baseline)
+        model = digest(job.machine, asked.setup, asked.tools, asked.baseline)
     except (UsageError, OSError):
         return job
     job = replace(job, size=len(text), model=model)
     # A result does not depend on where the folder lies, or what its picture is called.
-    asked = json.dumps(job._values | {"folder": "", "snapshot": ""}, sort_keys=True)
-    return replace(job, key=hashlib.sha256(asked.encode() + b"\0" + text).hexdigest()[:32])
+    values = json.dumps(job._values | {"folder": "", "snapshot": ""}, sort_keys=True)
+    return replace(job, key=hashlib.sha256(values.encode() + b"\0" + text).hexdigest()[:32])

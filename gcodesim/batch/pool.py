@@ -6,7 +6,6 @@ import ctypes
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import TYPE_CHECKING
@@ -81,8 +80,7 @@ def check_local(
         ahead = 1 if pending.qsize() >= PLENTY * len(workers) else 0
         while worker.in_hand <= ahead:
             job = pending.get_nowait()
-            own = replace(job.options, device=worker.device, threads=share)
-            worker.send(replace(job, options=own))
+            worker.send(job.with_options(device=worker.device, threads=share))
 
     def feed(worker: WorkerProcess) -> None:
         try:

@@ -97,7 +97,7 @@ class WorkerProcess:
         process, self._process, self._warm = self._process, None, False
         if process is None:
             return 0
-        with suppress(BrokenPipeError), process:  # what it was still to be told
+        with suppress(BrokenPipeError), process:  # what was still to be sent to it
             process.kill()
         return process.returncode
 

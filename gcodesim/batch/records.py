@@ -37,7 +37,7 @@ def lost(job: Job, meaning: str, why: str, seconds: float = 0.0) -> Record:
         first_contact=None,
         findings=(Finding("GC901", why, meaning, file=job.program),),
         coverage=Coverage(),
-        setup=job.setup or "",
+        setup=job.setup,
     )
     return {**job.label, "seconds": seconds, "report": report_dict(result)}
 

@@ -26,7 +26,7 @@ Label = dict[str, str]
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """What a run is to do.
 
     Attributes:
@@ -48,7 +48,7 @@ class Plan:
 class Results:
     """A plan, the records that are there, and the parts of the batch that are not."""
 
-    plan: Plan
+    plan: RunPlan
     records: dict[tuple[str, ...], Record] = field(default_factory=dict)
     missing_shards: tuple[str, ...] = ()
 
@@ -100,7 +100,7 @@ def read_results(path: str) -> Results:
         try:
             values = json.loads(line)
             if "schema" in values:
-                plan = Plan(values["jobs"], tuple(values["shard"]), values["version"])
+                plan = RunPlan(values["jobs"], tuple(values["shard"]), values["version"])
             else:
                 records[identity(values)] = values
         except (ValueError, KeyError, TypeError) as error:
@@ -110,7 +110,7 @@ def read_results(path: str) -> Results:
     return Results(plan, records)
 
 
-def start_results(path: str, plan: Plan, *, resume: bool) -> Results:
+def start_results(path: str, plan: RunPlan, *, resume: bool) -> Results:
     """Open a run in a results file; what of the plan it has already.
 
     Raises:
@@ -169,13 +169,13 @@ def merge_results(paths: Sequence[str]) -> Results:
     there = {results.plan.shard[0] for results in all_results}
     jobs = {place: job for results in all_results for place, job in _places(results.plan)}
     missing = tuple(f"{i}/{count}" for i in range(1, count + 1) if i not in there)
-    merged = Results(Plan(list(jobs.values())), missing_shards=missing)
+    merged = Results(RunPlan(list(jobs.values())), missing_shards=missing)
     for results in all_results:
         merged.records.update(results.records)
     return merged
 
 
-def _places(plan: Plan) -> Iterator[tuple[tuple[Any, ...], Label]]:
+def _places(plan: RunPlan) -> Iterator[tuple[tuple[Any, ...], Label]]:
     """Yield every job with its place in the batch, which stays when the program is changed.
 
     A program may be checked twice on one machine, with different options: none must be lost.

@@ -49,7 +49,7 @@ def serve(device: str) -> None:
         for line in sys.stdin:
             print(json.dumps(do(Job.from_json(line))), flush=True, file=answers)
     except BrokenPipeError:
-        pass  # nobody listens any more
+        pass  # the parent is gone
 
 
 def _take_stdout() -> TextIO:
@@ -60,7 +60,7 @@ def _take_stdout() -> TextIO:
 
 
 def _end_with(parent: int) -> None:
-    """End in mid-check when the parent was killed: nobody would hear the answer."""
+    """End in mid-check when the parent was killed: there is no one to answer to."""
     while os.getppid() == parent:
         time.sleep(PARENT_S)
     os._exit(1)
@@ -69,42 +69,43 @@ def _end_with(parent: int) -> None:
 def do(job: Job) -> Record:
     """The record of a job; a defect of gcodesim costs this program only."""
     begin = time.perf_counter()
-    told: dict[str, Any]
+    answer: dict[str, Any]
     try:
         with chdir(job.folder):
-            told = _told(job)
+            answer = _answer(job)
     except (UsageError, OSError) as error:
-        told = {"error": str(error)}
+        answer = {"error": str(error)}
     except Exception as error:
         traceback.print_exc()
         why = f"a defect of gcodesim, please report it: {type(error).__name__}: {error}"
         return lost(job, WORKER_LOST, why, time.perf_counter() - begin)
-    return {**job.label, "seconds": time.perf_counter() - begin, **told}
+    return {**job.label, "seconds": time.perf_counter() - begin, **answer}
 
 
-def _told(job: Job) -> dict[str, Any]:
+def _answer(job: Job) -> dict[str, Any]:
     """What a record says besides the label of its job."""
     if job.version != __version__:
         raise UsageError(f"this worker has gcodesim {__version__}, the batch {job.version}")
     text = read_program(job.program)
     machine, policy = _loaded(replace(job, program="", snapshot="", size=0, key=""))
     result = check_program(text, job.program, machine, job.options)
-    result = replace(result, setup=job.setup or "")
-    result, told = policy.apply(result, text, stop_all=job.options.stop_all), {}
+    result = replace(result, setup=job.setup)
+    result, gap = policy.apply(result, text, stop_all=job.options.stop_all), {}
     if job.snapshot and result.shown:
         from gcodesim.report.snapshot import with_snapshot  # slow to import, and seldom needed
 
         try:
             result = with_snapshot(result, job.snapshot)
         except OSError as error:  # the answer stands without it
-            told = {"unwritten": str(error)}
-    return {"report": report_dict(result), **told}
+            gap = {"unwritten": str(error)}
+    return {"report": report_dict(result), **gap}
 
 
 @lru_cache(LOADED)
 def _loaded(job: Job) -> tuple[Machine, Policy]:
     """Machine and policy of a job that names no program; read again when their files change."""
+    asked = job.asked
     machine = load_machine(
-        job.machine, tools=job.tools, setup=job.setup, allow_outside=job.allow_outside
+        job.machine, tools=asked.tools, setup=asked.setup, allow_outside=asked.allow_outside
     )
-    return machine.with_readings(rapids=job.rapids), job.policy()
+    return machine.with_readings(rapids=asked.rapids), job.policy()

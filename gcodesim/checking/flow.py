@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -21,10 +21,11 @@ from gcodesim.motion.overtravel import overtravels
 from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_times
+from gcodesim.nc.control.interpreter import Interpretation
 from gcodesim.nc.interpret import interpret
 
 if TYPE_CHECKING:
-    from gcodesim.collision.detector import Task
+    from gcodesim.collision.detector import Detection, Task
 
 
 COMPILING_S = 2.0
@@ -78,7 +79,6 @@ def check_program(
     with watch.time("compile"):
         task = _task(path, machine, options, off, progress, notice)
         # Imported late, as in _task.
-        from gcodesim.checking import evidence
         from gcodesim.checking.audit import audit
         from gcodesim.collision.detector import detect
     with watch.time("search"):
@@ -86,42 +86,82 @@ def check_program(
     if options.audit:
         with watch.time("audit"):
             findings += audit(task, detection)
+    dialect, seconds = control.readings.dialect, watch.seconds
+    return _result(name, dialect, meaning, off, task, detection, findings, seconds)
 
-    findings += evidence.all_contact_findings(detection, path)
-    findings += evidence.detection_findings(detection, machine, path)
-    if not len(path):
-        findings.append(Finding("GC430", "the program moves no axis", "no_motion"))
-    lines, contact, between = meaning.lines, detection.contact, task.aims.between
-    searches = options.method == "search"
-    said = evidence.off_path_lines(off, path, machine, between, searches)
+
+def _result(
+    name: str,
+    dialect: str,
+    meaning: Interpretation,
+    off: OffPath,
+    task: Task,
+    detection: Detection,
+    findings: Sequence[Finding],
+    seconds: dict[str, float],
+) -> CheckResult:
+    """What interpreter, planner and detector found, as the answer of the check.
+
+    Args:
+        name: file name of the program.
+        dialect: in which it was read.
+        meaning: what the interpreter made of it.
+        off: how far the machine may be from the path.
+        task: of the detector.
+        detection: its answer.
+        findings: of planner and audit.
+        seconds: that each stage took.
+    """
+    from gcodesim.checking import evidence
+
+    path, machine, contact = task.path, task.machine, detection.contact
+    between, searches = task.aims.between, task.method == "search"
+    off_path_lines = evidence.off_path_lines(off, path, machine, between, searches)
     return CheckResult(
         program=name,
         machine=machine.name,
         verified_model=machine.verified,
         device=task.device,
-        method=options.method,
-        dialect=control.readings.dialect,
-        sample_period_s=options.period_ps / PS_PER_S,
-        samples=sample_count(path, options.period_ps) if len(path) else 0,
+        method=task.method,
+        dialect=dialect,
+        sample_period_s=task.period_ps / PS_PER_S,
+        samples=sample_count(path, task.period_ps) if len(path) else 0,
         duration_s=path.duration_s,
         tool_times=tool_times(path),
         tolerance_mm=TOLERANCE_MM + path.deviation_mm,
         blocks=meaning.blocks,
-        first_contact=evidence.first_contact(contact, path, lines) if contact else None,
-        findings=(
-            *meaning.findings,
-            *machine.findings,
-            *(evidence.placed(finding, name, meaning) for finding in findings),
-        ),
-        coverage=evidence.coverage(detection, machine, meaning, between, searches, said),
+        first_contact=evidence.first_contact(contact, path, meaning.lines) if contact else None,
+        findings=_all_findings(name, meaning, task, detection, findings),
+        coverage=evidence.coverage(detection, machine, meaning, between, searches, off_path_lines),
         largest_step=evidence.largest_step(detection, path),
         contacts=evidence.contacts(detection),
         clearances=evidence.clearances(detection, path),
         left_out=evidence.left_out(detection, machine) if searches else (),
         work=detection.work.as_report,
-        timing_s=watch.seconds,
-        replay=Replay(machine, path, lines, meaning.files, options.clearance),
+        timing_s=seconds,
+        replay=Replay(machine, path, meaning.lines, meaning.files, task.aims.clearance),
     )
+
+
+def _all_findings(
+    name: str,
+    meaning: Interpretation,
+    task: Task,
+    detection: Detection,
+    findings: Sequence[Finding],
+) -> tuple[Finding, ...]:
+    """What program, machine, path and detector have to say, with file and block."""
+    from gcodesim.checking import evidence
+
+    found = [
+        *findings,
+        *evidence.all_contact_findings(detection, task.path),
+        *evidence.detection_findings(detection, task.machine, task.path),
+    ]
+    if not len(task.path):
+        found.append(Finding("GC430", "the program moves no axis", "no_motion"))
+    placed = (evidence.placed(finding, name, meaning) for finding in found)
+    return (*meaning.findings, *task.machine.findings, *placed)
 
 
 def _task(

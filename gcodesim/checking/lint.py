@@ -124,7 +124,9 @@ def _refusal(centre: ToolCentre | None) -> str:
 def _missing(machine: Machine, source: YamlFile) -> Iterator[Finding]:
     """Yield what the file leaves open."""
     if not machine.verified:
-        text = "nobody has measured the real machine: reports say so until `verified: true`"
+        text = (
+            "the model was not measured on the real machine: reports say so until `verified: true`"
+        )
         yield Finding("GC430", text, "model_unverified", **_place(source, "verified"))
     unknown = [name for name, value in machine.path_tolerance.items() if value is None]
     if unknown:

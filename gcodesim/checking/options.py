@@ -2,69 +2,223 @@
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable
-from dataclasses import dataclass
-from numbers import Integral, Real
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from typing import Any, NamedTuple
 
-from gcodesim.constants import DEFAULT_PERIOD_PS, MAX_PERIOD_PS, MIN_PERIOD_PS
+from gcodesim.checking.option_kinds import (
+    Count,
+    Device,
+    DialectName,
+    Number,
+    OneOf,
+    OptionKind,
+    Period,
+    Switch,
+)
+from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.errors import UsageError
 
+DIALECTS = ("fanuc", "haas", "linuxcnc")
 METHODS = ("search", "exhaustive", "paper")
-ONLY_SEARCH = ("clearance", "minimum", "stop_all", "audit")
-"""Only the method search knows distances: these must not be dropped in silence."""
+
+
+class Scope(Enum):
+    """Where an option may be given; what may stand in a job may also stand above the jobs."""
+
+    JOB = "command line, settings, jobs"
+    RUN = "command line, settings"
+    COMMAND_LINE = "command line"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Option:
+    """One thing that a user may choose: a field, an option of commands, a key of settings.
+
+    Attributes:
+        kind: which values it may have.
+        help: what it does, for people.
+        name: long option without dashes, and key of settings; "" where only Python has it.
+        metavar: what its value is called on the command line.
+        many: it is a list, and on the command line it may be repeated.
+        table: in settings the list may be a table, too.
+        scope: where it may be given.
+        language: it is about how the control reads a program.
+        only_search: only the method search can do it.
+        commands: commands that have it.
+    """
+
+    kind: OptionKind
+    help: str
+    name: str
+    metavar: str = ""
+    many: bool = False
+    table: bool = False
+    scope: Scope = Scope.JOB
+    language: bool = False
+    only_search: bool = False
+    commands: tuple[str, ...] = ("check", "batch")
+
+
+def option(default: Any, kind: OptionKind, help_text: str, *, name: str, **more: Any) -> Any:
+    """A field that describes itself.
+
+    Args:
+        default: value where it is not given.
+        kind: which values it may have.
+        help_text: what it does.
+        name: long option without dashes; "" where only Python has it.
+        more: further fields of Option.
+    """
+    described = Option(kind=kind, help=help_text, name=name, **more)
+    return field(default=default, metadata={Option: described})
+
+
+class OptionField(NamedTuple):
+    """A field that describes itself.
+
+    Attributes:
+        field: its name.
+        option: what it says of itself.
+        default: value where it is not given.
+    """
+
+    field: str
+    option: Option
+    default: Any
+
+
+def options_of(model: type) -> Iterator[OptionField]:
+    """Yield the fields of a dataclass that describe themselves."""
+    for each in fields(model):
+        if Option in each.metadata:
+            yield OptionField(each.name, each.metadata[Option], each.default)
 
 
 @dataclass(frozen=True)
 class Options:
     """What a user may choose for a check.
 
-    Attributes:
-        dialect: fanuc | haas | linuxcnc: replaces the dialect of the machine file.
-        feed: feed until the first F word [mm/min].
-        period_ps: sample period [ps].
-        device: auto | cpu | cuda | cuda:N.
-        method: search | exhaustive | paper.
-        between: prove the time between samples too (method search).
-        clearance: replaces the clearance of every pair [mm] (method search).
-        minimum: find the smallest distance of every pair (method search).
-        nearest: find the pair that comes nearest, and its distance (method search).
-        stop_all: list every contact, not only the first (method search).
-        audit: check again with nothing left out, and compare (method search).
-        block_delete: leave out blocks that begin with /.
-        max_blocks: interpretation ends after this many blocks; None = see Control.
-        threads: searches side by side on the CPU, 0 for one per core.
-
     Raises:
         UsageError: a value cannot be used, or does not go with the method.
     """
 
-    dialect: str | None = None
-    feed: float | None = None
-    period_ps: int = DEFAULT_PERIOD_PS
-    device: str = "auto"
-    method: str = "search"
-    between: bool = True
-    clearance: float | None = None
-    minimum: bool = False
-    nearest: bool = False
-    stop_all: bool = False
-    audit: bool = False
-    block_delete: bool = False
-    max_blocks: int | None = None
-    threads: int = 0
+    dialect: str | None = option(
+        None,
+        DialectName(DIALECTS),
+        "How the control reads the program. Left out: as the machine file says.",
+        name="dialect",
+        language=True,
+    )
+    feed: float | None = option(
+        None,
+        Number("mm/min", above_zero=True),
+        "Feed until the first F word. Left out: a feed move before any F is an error.",
+        name="feed",
+        metavar="MM/MIN",
+        language=True,
+    )
+    period_ps: int = option(
+        DEFAULT_PERIOD_PS,
+        Period(),
+        "Time between samples, with its unit.",
+        name="sample-period",
+        metavar="TIME",
+    )
+    device: str = option(
+        "auto",
+        Device(),
+        "Where to compute: auto, cpu, cuda or cuda:N; auto takes CUDA when present.",
+        name="device",
+        metavar="NAME",
+        scope=Scope.RUN,
+    )
+    method: str = option(
+        "search",
+        OneOf(METHODS),
+        "search: proves stretches of time free; exhaustive: every sample, certified; paper: the "
+        "seed paper's way, for comparison. All find the same first contact at samples.",
+        name="method",
+    )
+    between: bool = option(
+        True,
+        Switch(("off", "on")),
+        "Prove the time between the samples too, down to 0.001 mm (method search).",
+        name="between-samples",
+    )
+    clearance: float | None = option(
+        None,
+        Number("mm"),
+        "Distance every pair must keep, instead of what the machine file says (method search).",
+        name="clearance",
+        metavar="MM",
+        only_search=True,
+    )
+    minimum: bool = option(
+        False,
+        Switch(negative="no-min-clearance"),
+        "Report how near every pair comes (to a thousandth of the distance), when and in which "
+        "line (method search). Left out: a batch reports the nearest pair, and with "
+        "--no-min-clearance none.",
+        name="min-clearance",
+        only_search=True,
+    )
+    nearest: bool = option(
+        False,
+        Switch(),
+        "Report the pair that comes nearest, and its distance, as a batch does (method search).",
+        name="",
+    )
+    stop_all: bool = option(
+        False,
+        Switch(("first", "all")),
+        "Stop at the first contact, or list every stretch of contact and every place that is too "
+        "near (method search).",
+        name="stop",
+        only_search=True,
+    )
+    audit: bool = option(
+        False,
+        Switch(),
+        "Check again with nothing left out, and compare (method search).",
+        name="audit",
+        only_search=True,
+    )
+    block_delete: bool = option(
+        False,
+        Switch(),
+        "Leave out blocks that begin with /.",
+        name="block-delete",
+        language=True,
+    )
+    max_blocks: int | None = option(
+        None,
+        Count(1),
+        "Blocks after which the program counts as endless (INCONCLUSIVE). Left out: 100 million, "
+        "or 5 million that loops and calls repeat.",
+        name="max-blocks",
+        metavar="N",
+        language=True,
+    )
+    threads: int = option(
+        0,
+        Count(0, "0 for one per core"),
+        "Searches side by side on the CPU, 0 for one per core.",
+        name="",
+    )
 
     def __post_init__(self) -> None:
         """Refuse what cannot be used here, and not somewhere on the way through a check."""
-        for name, (fits, right) in RULES.items():
+        for name, described, default in options_of(Options):
             value = getattr(self, name)
-            if not fits(value):
+            if not described.kind.fits(value) and not (value is None and default is None):
+                right = f"{described.kind.right}{', or None' if default is None else ''}"
                 raise UsageError(f"Options: {name}={value!r}: expected {right}")
-        for name in ONLY_SEARCH:
+        for name, described, _ in options_of(Options):
+            # Only the search knows distances: a wish for them must not be dropped in silence.
             is_asked = getattr(self, name) is not None and getattr(self, name) is not False
-            if is_asked and self.method != "search":
+            if described.only_search and is_asked and self.method != "search":
                 raise UsageError(f"Options: {name} needs method='search', not {self.method!r}")
 
     @property
@@ -73,37 +227,7 @@ class Options:
         return self.dialect, self.feed, self.block_delete, self.max_blocks
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _is_count(value: Any, low: int) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool) and int(value) >= low
-
-
-def _is_device(value: Any) -> bool:
-    return isinstance(value, str) and re.fullmatch(r"auto|cpu|cuda(:\d+)?", value) is not None
-
-
-def _is_switch(value: Any) -> bool:
-    return isinstance(value, bool)
-
-
-Rule = tuple[Callable[[Any], bool], str]
-SWITCH: Rule = (_is_switch, "True or False")
-
-RULES: dict[str, Rule] = {
-    "dialect": (lambda v: v is None or isinstance(v, str), "the name of a dialect, or None"),
-    "feed": (lambda v: v is None or (_is_number(v) and v > 0.0), "mm/min above 0, or None"),
-    "period_ps": (
-        lambda v: _is_count(v, MIN_PERIOD_PS) and v <= MAX_PERIOD_PS,
-        f"whole picoseconds from {MIN_PERIOD_PS} (1 us) to {MAX_PERIOD_PS} (10 s)",
-    ),
-    "device": (_is_device, "auto, cpu, cuda or cuda:N"),
-    "method": (lambda v: v in METHODS, ", ".join(METHODS)),
-    "clearance": (lambda v: v is None or (_is_number(v) and v >= 0.0), "mm, 0 or more, or None"),
-    "max_blocks": (lambda v: v is None or _is_count(v, 1), "a whole number from 1 on, or None"),
-    "threads": (lambda v: _is_count(v, 0), "a whole number, 0 for one per core"),
-    **dict.fromkeys(("between", "minimum", "nearest", "stop_all", "audit", "block_delete"), SWITCH),
-}
-"""Field -> what tells that a value can be used, and what to write instead."""
+Options.__doc__ = f"{Options.__doc__}\nFields:\n" + "".join(
+    f"    {name}: {described.help} ({described.kind.right}; default {default!r})\n"
+    for name, described, default in options_of(Options)
+)

@@ -51,7 +51,7 @@ def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
     return run
 
 
-class Group(click.Group):
+class CommandGroup(click.Group):
     """A group whose commands end with the exit codes of the contract."""
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -63,7 +63,10 @@ class Group(click.Group):
         return exits_cleanly(super().invoke)(ctx)
 
 
-@click.group(cls=Group, epilog=CONTRACT, context_settings={"help_option_names": ["-h", "--help"]})
+CONTEXT = {"help_option_names": ["-h", "--help"]}
+
+
+@click.group(cls=CommandGroup, epilog=CONTRACT, context_settings=CONTEXT)
 @click.version_option(__version__, prog_name="gcodesim")
 def main() -> None:
     """Find the first collision of a five-axis machine tool running an NC program.

@@ -1,4 +1,4 @@
-"""Options and habits that several commands share: times, numbers, programs, the progress bar."""
+"""What several commands share: the model of options as options of click, programs, progress."""
 
 from __future__ import annotations
 
@@ -6,67 +6,152 @@ import math
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import click
 
+from gcodesim.checking.option_kinds import (
+    Count,
+    Device,
+    DialectName,
+    Number,
+    OneOf,
+    OptionKind,
+    Period,
+    Shard,
+    Switch,
+)
+from gcodesim.checking.options import OptionField
 from gcodesim.checking.verdict import EXIT_CODES
+from gcodesim.cli.run_options import MODEL, of_command, run_options
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding
 
+Command = TypeVar("Command", bound=Callable[..., Any])
+
 UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
-DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
 
 
-def language_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """How the control reads a program: --dialect, --feed, --block-delete, --max-blocks."""
-    for option in (
-        click.option(
-            "--max-blocks",
-            type=click.IntRange(min=1),
-            metavar="N",
-            help="Blocks after which the program counts as endless. Left out: 100 million, or 5 "
-            "million that loops and calls repeat.",
-        ),
-        click.option("--block-delete", is_flag=True, help="Leave out blocks that begin with /."),
-        click.option(
-            "--feed",
-            type=FiniteRange(min=0, min_open=True),
-            metavar="MM/MIN",
-            help="Feed until the first F word. Left out: a feed move before any F is an error.",
-        ),
-        click.option(
-            "--dialect",
-            type=DIALECT,
-            help="How the control reads the program. Left out: as the machine file says.",
-        ),
-    ):
-        command = option(command)
-    return command
+def every_option(command: str) -> Callable[[Command], Command]:
+    """Add all options that the model gives to a command."""
+    return _with(list(of_command(command).values()))
+
+
+def options_named(*fields: str) -> Callable[[Command], Command]:
+    """Add options of the model, by the names of their fields, to a command with others."""
+    return _with([each for each in MODEL if each.field in fields])
+
+
+def language_options(command: Command) -> Command:
+    """Add what says how the control reads a program."""
+    return _with([each for each in MODEL if each.option.language])(command)
+
+
+def language_of(given: Mapping[str, Any]) -> tuple[str | None, float | None, bool, int | None]:
+    """What `control_for` takes, of the values of a command with `language_options`."""
+    return run_options(given).asked.options.language
+
+
+def machine_option(left_out: str = "", default: str | None = None) -> Callable[[Command], Command]:
+    """Add --machine for a command with one machine.
+
+    Args:
+        left_out: what happens without it.
+        default: machine that is taken then.
+    """
+    text = f"Machine file, or the name of a shipped machine.{left_out and f' Left out: {left_out}'}"
+    return click.option(
+        "--machine",
+        "machine_path",
+        default=default,
+        show_default=default is not None,
+        metavar="M.yaml",
+        help=text,
+    )
+
+
+def _with(wanted: Sequence[OptionField]) -> Callable[[Command], Command]:
+    def add(command: Command) -> Command:
+        for each in reversed(wanted):
+            command = _click_option(each)(command)
+        return command
+
+    return add
+
+
+def _click_option(each: OptionField) -> Callable[[Command], Command]:
+    """An option of the model as one of click; its value is that of the field."""
+    option, name = each.option, f"--{each.option.name}"
+    more: dict[str, Any] = {"help": option.help, "metavar": option.metavar or None}
+    match option.kind:
+        case Switch(words=None, negative=no):
+            flag = {"default": None} if no else {"is_flag": True}
+            return click.option(each.field, f"{name}/--{no}" if no else name, **more, **flag)
+        case Switch(words=(off, on)) as kind:
+            words = (on, off) if each.default else (off, on)
+            more |= {"type": WordSwitch(words, on), "default": kind.written(each.default)}
+        case Period() as kind:
+            more |= {"type": period, "default": kind.written(each.default)}
+        case Shard() as kind:
+            more |= {"type": shard, "default": kind.written(each.default)}
+        case kind:
+            more |= {"type": _type(kind), "default": each.default or None}
+    more["show_default"] = more["default"] is not None and not isinstance(option.kind, Shard)
+    return click.option(each.field, name, multiple=option.many, **more)
+
+
+def _type(kind: OptionKind) -> Any:
+    """What click reads values of a kind with."""
+    match kind:
+        case OneOf(words=words) | DialectName(words=words):
+            return click.Choice(words)
+        case Number(above_zero=above_zero):
+            return FiniteRange(min=0, min_open=above_zero)
+        case Count(low=low):
+            return click.IntRange(min=low)
+        case Device():
+            return device
+    return str
+
+
+class WordSwitch(click.Choice[str]):
+    """Two words for False and True."""
+
+    def __init__(self, words: Sequence[str], on: str) -> None:
+        super().__init__(words)
+        self.on = on
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Whether it is the word for True."""
+        return super().convert(value, param, ctx) == self.on
 
 
 def period(text: str) -> int:
     """A time with its unit, `0.1ms`, `100us` or `1e-4s`, as a count of picoseconds."""
     match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)
     count = round(float(match[1]) * UNITS_PS[match[2]]) if match else 0
-    if not 1_000_000 <= count <= 10 * PS_PER_S:
+    if not Period().fits(count):
         raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")
     return count
 
 
 def device(text: str) -> str:
     """The name of a device; whether there is one is asked where it is used."""
-    if not re.fullmatch(r"auto|cpu|cuda(:\d+)?", text):
-        raise click.BadParameter(f"{text!r}: expected auto, cpu, cuda or cuda:N")
+    if not Device().fits(text):
+        raise click.BadParameter(f"{text!r}: expected {Device().right}")
     return text
 
 
-def period_text(picoseconds: int) -> str:
-    """A period as `period` reads it."""
-    return f"{picoseconds / UNITS_PS['ms']:g}ms"
+def shard(text: str) -> tuple[int, int]:
+    """Part I of N of a batch, such as `2/5`, as two numbers."""
+    index, _, count = text.partition("/")
+    part = (int(index), int(count)) if index.isdecimal() and count.isdecimal() else (0, 0)
+    if not Shard().fits(part):
+        raise click.BadParameter(f"{text!r}: expected {Shard().right}")
+    return part
 
 
 class FiniteRange(click.FloatRange):

@@ -7,19 +7,21 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.arguments import exit_with, language_options, progress_bar, read_text
+from gcodesim.cli.arguments import (
+    exit_with,
+    language_of,
+    language_options,
+    machine_option,
+    options_named,
+    progress_bar,
+    read_text,
+)
 
 
 @click.command()
 @click.argument("program")
-@click.option(
-    "--machine",
-    "machine_path",
-    metavar="M.yaml",
-    help="Machine file: offsets, tools, "
-    "reference points. Left out: a control with everything at zero.",
-)
-@click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
+@machine_option(left_out="a control with everything at zero.")
+@options_named("tools")
 @language_options
 def canon(program: str, machine_path: str | None, tools: str | None, **given: Any) -> None:
     """Print PROGRAM as canonical commands, JSON Lines in machine millimetres and degrees."""
@@ -28,7 +30,7 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
     from gcodesim.nc.canon import write_canon
     from gcodesim.nc.interpret import interpret
 
-    choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
+    choices = language_of(given)
     if machine_path:
         control = control_for(load_machine(machine_path, tools=tools), *choices)
     else:

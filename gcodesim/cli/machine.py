@@ -9,22 +9,15 @@ from typing import Any
 
 import click
 
+from gcodesim.cli.arguments import options_named
 from gcodesim.errors import UsageError
 
-FILES = (
-    click.option("--setup", metavar="FILE", help="Setup file."),
-    click.option("--tools", metavar="FILE", help="Tools file or LinuxCNC tool table."),
-    click.option("--allow-outside", is_flag=True, help="Mesh files may lie outside the folder."),
-)
 KINDS = ("table-table", "head-table", "head-head", "three-axis")
 """Keys of machine.generic.MACHINES: that module is imported only where it is needed."""
 
 
-def with_files(command: Any) -> Any:
-    """A command with the options that name the files beside a machine file."""
-    for option in reversed(FILES):
-        command = option(command)
-    return command
+with_files = options_named("setup", "tools", "allow_outside")
+"""The options that name the files beside a machine file."""
 
 
 @click.group()

@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 import click
 
-from gcodesim.cli.arguments import progress_bar
+from gcodesim.cli.arguments import machine_option, options_named, progress_bar
 from gcodesim.cli.outputs import Output, claim, model_files, writing
 
 WIDTH = 160
@@ -18,7 +18,7 @@ WIDTH = 160
 
 
 class OutFile(click.Path):
-    """A file to write: a folder that is not there is told before the study, not after it."""
+    """A file to write: a folder that is missing is an error before the study, not after it."""
 
     def convert(self, value: Any, param: Any, ctx: Any) -> Any:
         """Refuse a file that could not be written."""
@@ -29,6 +29,11 @@ class OutFile(click.Path):
 
 
 OUT = OutFile(dir_okay=False, writable=True)
+
+JSON = click.option(
+    "--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON."
+)
+CSV = click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write all figures as rows.")
 
 
 def write_figures(
@@ -51,26 +56,14 @@ def write_figures(
 
 @click.command()
 @click.argument("program")
-@click.option(
-    "--machine",
-    "machine_path",
-    default="table_tilt",
-    show_default=True,
-    metavar="M.yaml",
-    help="Machine file, or the name of a shipped machine.",
-)
-@click.option(
-    "--device",
-    default="auto",
-    show_default=True,
-    metavar="auto|cpu|cuda[:N]",
-    help="Where to compute; the paper's tables are measured on the CPU too.",
-)
+@machine_option(default="table_tilt")
+@options_named("device")
 @click.option(
     "--seconds",
     type=click.FloatRange(min=0, min_open=True, max=1e6),
     default=600.0,
     show_default=True,
+    metavar="S",
     help="Least machine time of the long search: the motion is repeated until then.",
 )
 @click.option(
@@ -81,8 +74,8 @@ def write_figures(
     metavar="N",
     help="Samples at which the paper's method is timed.",
 )
-@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write all figures as rows.")
+@JSON
+@CSV
 def bench(program: str, json_path: str | None, csv_path: str | None, **given: Any) -> None:
     """Measure this machine with PROGRAM: the seed paper's tables, every stage, the search."""
     from rich.console import Console
@@ -109,14 +102,7 @@ def study() -> None:
 
 @study.command("leave-out")
 @click.argument("programs", nargs=-1, metavar="[PROGRAM...]")
-@click.option(
-    "--machine",
-    "machine_path",
-    default="table_tilt",
-    show_default=True,
-    metavar="M.yaml",
-    help="Machine file, or the name of a shipped machine.",
-)
+@machine_option(default="table_tilt")
 @click.option(
     "--generated",
     type=click.IntRange(min=0),
@@ -125,7 +111,9 @@ def study() -> None:
     metavar="N",
     help="Random programs of each kind (3 axes, 3+2, 5 axes) besides.",
 )
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the random programs.")
+@click.option(
+    "--seed", type=int, default=1, show_default=True, metavar="N", help="Of the random programs."
+)
 @click.option(
     "--refine",
     type=click.IntRange(0, 4),
@@ -134,8 +122,8 @@ def study() -> None:
     metavar="N",
     help="Times that every triangle is cut into four: what finer meshes gain.",
 )
-@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write one row per program.")
+@JSON
+@CSV
 def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> None:
     """Check PROGRAMs with everything and with only what they need, and compare."""
     from gcodesim.report.leave_out_report import print_leave_out, write_csv
@@ -163,7 +151,7 @@ def leave_out(programs: tuple[str, ...], machine_path: str, **given: Any) -> Non
     show_default=True,
     help="Few settings and starts in a minute, or all of them with 20 starts each.",
 )
-@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every setting.")
+@CSV
 @click.option(
     "--plot",
     "plot_path",
@@ -197,9 +185,7 @@ def accuracy(quick: bool, csv_path: str | None, plot_path: str | None) -> None:
     metavar="N",
     help="Pairs of triangles of each family.",
 )
-@click.option(
-    "--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every family and test."
-)
+@CSV
 def triangles(pairs: int, csv_path: str | None) -> None:
     """Misses and false alarms of triangle tests on 13 hard families, against exact answers."""
     from gcodesim.report.study_report import print_triangles, write_triangles_csv
@@ -218,8 +204,8 @@ def triangles(pairs: int, csv_path: str | None) -> None:
     show_default=True,
     help="Few samples, blocks and scenes in some seconds, or all of them in a minute or two.",
 )
-@click.option("--json", "json_path", type=OUT, metavar="FILE", help="Write all figures as JSON.")
-@click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write a row for every case.")
+@JSON
+@CSV
 def stability(quick: bool, json_path: str | None, csv_path: str | None) -> None:
     """Stiff and extreme cases, by the usual formulation and by ours; exit code 1 if one fails."""
     from gcodesim.report.stability_report import print_stability, write_csv

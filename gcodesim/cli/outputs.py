@@ -54,7 +54,7 @@ def model_files(machine: str, setup: str | None, tools: str | None = None) -> It
     """Yield what a machine, its setup and its tools are read from; nothing where that is wrong."""
     from gcodesim.machine.files import files_of
 
-    with suppress(UsageError, OSError):  # told where the files are used
+    with suppress(UsageError, OSError):  # the error is reported where the files are used
         for file in files_of(machine, setup, tools):
             yield str(file), "a file of machine, setup or tools"
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 import webbrowser
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -23,25 +23,6 @@ NONE = "none"
 """What `--snapshot` is given where no picture is wanted in CI either."""
 
 ENDINGS = {"snapshot": ".png", "html": ".html", "glb": ".glb"}
-
-OPTIONS = (
-    click.option(
-        "--snapshot",
-        metavar="PATH.png",
-        help="Write a picture of the first contact, or else of a pair nearer than its clearance. "
-        "Left out: with the environment variable CI=true gcodesim-PROGRAM.png in the working "
-        "folder, unless this says none.",
-    ),
-    click.option("--html", metavar="PATH.html", help="Write a page that replays the motion in 3D."),
-    click.option("--glb", metavar="PATH.glb", help="Write the moving machine as animated glTF."),
-)
-
-
-def picture_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add the options that name pictures."""
-    for option in reversed(OPTIONS):
-        command = option(command)
-    return command
 
 
 @dataclass
@@ -103,7 +84,7 @@ class Pictures:
         return replace(result, replay=None)
 
     def _write(self, result: CheckResult, name: str) -> CheckResult:
-        """Write whatever is due; one that nobody asked for may fail with a note.
+        """Write whatever is due; one that was not asked for may fail with a note.
 
         Raises:
             UsageError: one that was asked for cannot be written.

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gcodesim.batch.programs import each_once
+from gcodesim.checking.option_kinds import Switch
+from gcodesim.checking.options import OptionField
+from gcodesim.checking.request import CheckRequest
 from gcodesim.cli.arguments import machine_path_of
 from gcodesim.cli.outputs import Input, model_files
-from gcodesim.cli.settings_file import Keys, Settings
+from gcodesim.cli.run_options import RunOptions, run_options
+from gcodesim.cli.settings_file import Keys, SettingsFile
 from gcodesim.errors import UsageError
 
 if TYPE_CHECKING:
-    from gcodesim.checking.options import Options
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
 
@@ -27,17 +31,20 @@ class Choice:
     """The value of an option, and where it comes from.
 
     Attributes:
+        of: the option.
+        value: as its field takes it; None: nothing is said.
         source: for people.
         keys: where it stands in the settings; empty where it does not.
     """
 
+    of: OptionField
     value: Any
     source: str
     keys: Keys = ()
 
 
 @dataclass(frozen=True)
-class Plan:
+class CheckPlan:
     """Programs that are checked with the same options.
 
     Attributes:
@@ -49,12 +56,21 @@ class Plan:
     title: str
     programs: tuple[str, ...]
     choices: dict[str, Choice]
-    settings: Settings = field(default_factory=Settings)
+    settings: SettingsFile = field(default_factory=SettingsFile)
+
+    @cached_property
+    def run(self) -> RunOptions:
+        """What the choices come to; UsageError where they do not go together."""
+        self._refuse_search_options()
+        return run_options({each.of.field: each.value for each in self.choices.values()})
 
     @property
-    def values(self) -> dict[str, Any]:
-        """Option, as a Python name -> value."""
-        return {name.replace("-", "_"): choice.value for name, choice in self.choices.items()}
+    def asked_of_batch(self) -> CheckRequest:
+        """What is asked; the nearest pair is reported unless --min-clearance says otherwise."""
+        asked = self.run.asked
+        if self.choices["min-clearance"].value is not None:
+            return asked
+        return replace(asked, options=replace(asked.options, nearest=True))
 
     def label(self, name: str) -> str:
         """What to call an option in a message: as it was given, or where it stands in a file."""
@@ -74,7 +90,7 @@ class Plan:
             raise UsageError(f"{self.label(name)} {rest}") from error
 
     @contextmanager
-    def told_at(self, name: str) -> Iterator[None]:
+    def placing(self, name: str) -> Iterator[None]:
         """Errors about the value of an option begin with its place where the settings give it."""
         try:
             yield
@@ -95,8 +111,8 @@ class Plan:
         """The machine files that every program is checked on; UsageError where there is none."""
         from gcodesim.machine.files import find_machine
 
-        machine, setup = self.choices["machine"].value, self.choices["setup"].value
-        with self.told_at("machine"):
+        machine, setup = self.run.machine, self.run.asked.setup
+        with self.placing("machine"):
             return each_once(machine or [machine_path_of(None, setup)], find_machine)
 
     @property
@@ -109,64 +125,28 @@ class Plan:
     def inputs(self) -> Iterator[Input]:
         """Yield the files that are read: for what `outputs.claim` refuses to overwrite."""
         yield from ((program, "a program that is checked") for program in self.programs)
-        values = self.values
+        asked = self.run.asked
         for file, what in (
             (self.settings.path, "the settings file"),
-            (values["baseline"], "the baseline"),
+            (asked.baseline, "the baseline"),
         ):
             if file:
                 yield file, what
         for machine in self.machines:
-            yield from model_files(machine, values["setup"], values["tools"])
-
-    def options(self, *, nearest: bool = False) -> Options:
-        """Options of the check; UsageError where they do not go together.
-
-        Args:
-            nearest: tell the pair that comes nearest, unless --min-clearance says otherwise.
-        """
-        from gcodesim.checking.options import Options
-
-        values = self.values
-        self._refuse_search_options(values)
-        return Options(
-            dialect=values["dialect"],
-            feed=values["feed"],
-            period_ps=values["sample_period"],
-            device=values["device"],
-            method=values["method"],
-            between=values["between_samples"] == "on",
-            clearance=values["clearance"],
-            minimum=bool(values["min_clearance"]),
-            nearest=nearest and values["min_clearance"] is None,
-            stop_all=values["stop"] == "all",
-            audit=values["audit"],
-            block_delete=values["block_delete"],
-            max_blocks=values["max_blocks"],
-        )
+            yield from model_files(machine, asked.setup, asked.tools)
 
     def policy(self, baseline: Baseline | None) -> Policy:
         """What counts; UsageError where it is wrong."""
-        from gcodesim.policy.policy import Policy
-        from gcodesim.policy.rules import parse_prefix, parse_rule
+        from gcodesim.policy.policy import policy_of
 
-        values = self.values
-        return Policy(
-            fail_on=values["fail_on"],
-            select=tuple(parse_prefix(text, self.label("select")) for text in values["select"]),
-            ignore=tuple(parse_rule(text, self.label("ignore")) for text in values["ignore"]),
-            baseline=baseline,
-        )
+        return policy_of(self.run.asked, baseline, self.label)
 
-    def _refuse_search_options(self, values: dict[str, Any]) -> None:
+    def _refuse_search_options(self) -> None:
         """Only the method search knows distances: its options must not be dropped in silence."""
-        asked = {
-            "clearance": values["clearance"] is not None,
-            "min-clearance": values["min_clearance"],
-            "stop": values["stop"] == "all",
-            "audit": values["audit"],
-        }
-        wrong = [name for name, is_given in asked.items() if is_given]
-        if wrong and values["method"] != "search":
-            what = self.label(wrong[0]) + (" all" if wrong[0] == "stop" else "")
-            raise UsageError(f"{what} needs --method search, not {values['method']}")
+        method = self.choices["method"].value
+        for name, choice in self.choices.items():
+            option, is_asked = choice.of.option, choice.value not in (None, False)
+            if option.only_search and is_asked and method != "search":
+                is_word = isinstance(option.kind, Switch) and option.kind.words
+                what = self.label(name) + (f" {is_word[1]}" if is_word else "")
+                raise UsageError(f"{what} needs --method search, not {method}")

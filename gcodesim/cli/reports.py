@@ -12,7 +12,7 @@ import click
 
 from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
-from gcodesim.report.outcome import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, RunOutcome
 
 if TYPE_CHECKING:
     from gcodesim.checking.verdict import CheckResult
@@ -72,7 +72,7 @@ def print_text(result: CheckResult, no_color: bool) -> None:
     print_report(result, Console(color_system=colors, highlight=False, soft_wrap=True))
 
 
-def write_reports(run: Run, on_stdout: str, destinations: Sequence[Destination]) -> None:
+def write_reports(run: RunOutcome, on_stdout: str, destinations: Sequence[Destination]) -> None:
     """Write every report but the text on standard output, which is printed as it comes.
 
     Raises:

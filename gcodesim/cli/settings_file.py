@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -18,12 +19,21 @@ OWN_FILE, PROJECT_FILE = "gcodesim.toml", "pyproject.toml"
 TABLE = ("tool", "gcodesim")
 """Where the settings stand in a project file."""
 
+TOKENS = re.compile(
+    r'"""(?:\\.|[^\\])*?"{3,5}|"(?:\\.|[^"\\])*"'  # texts with escapes, over lines or not
+    r"|'''.*?'{3,5}|'[^']*'"  # and without
+    r"|#[^\n]*|[][{}]|\n",
+    re.DOTALL,
+)
+"""What decides where a statement ends; everything between is of no weight for that."""
+OPENING, CLOSING = ("[", "{"), ("]", "}")
+
 Keys = tuple[str | int, ...]
 """Way to a value: ``("jobs", 0, "feed")``."""
 
 
 @dataclass(frozen=True)
-class Job:
+class JobTable:
     """Programs that belong together with a machine.
 
     Attributes:
@@ -38,7 +48,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Settings:
+class SettingsFile:
     """What a settings file says; without a path it says nothing.
 
     Attributes:
@@ -49,7 +59,7 @@ class Settings:
 
     path: str | None = None
     values: dict[str, Any] = field(default_factory=dict)
-    jobs: tuple[Job, ...] = ()
+    jobs: tuple[JobTable, ...] = ()
 
     @property
     def folder(self) -> Path:
@@ -88,26 +98,26 @@ def find_settings(programs: Iterable[str]) -> str | None:
     return None if file is None else _from_here(file)
 
 
-def read_settings(path: str | None) -> Settings:
+def read_settings(path: str | None) -> SettingsFile:
     """Read a settings file; None is no settings at all.
 
     Raises:
         UsageError: it is missing or wrong; names file and key, or line.
     """
     if path is None:
-        return Settings()
+        return SettingsFile()
     table = _read_table(Path(path))
     if table is None:
         raise UsageError(f"{path}: tool.gcodesim: this table is missing")
     jobs = table.pop("jobs", [])
-    settings = Settings(path, table)
+    settings = SettingsFile(path, table)
     if not isinstance(jobs, list):
         raise UsageError(f"{settings.place('jobs')}: expected [[jobs]], a list of tables")
     read = tuple(_job(settings, ("jobs", i), job) for i, job in enumerate(jobs))
     return replace(settings, jobs=read)
 
 
-def _job(settings: Settings, keys: Keys, table: Any) -> Job:
+def _job(settings: SettingsFile, keys: Keys, table: Any) -> JobTable:
     if not isinstance(table, dict):
         text = "expected a table, such as [[jobs]] with programs and machine"
         raise UsageError(f"{settings.place(*keys)}: {text}")
@@ -119,7 +129,7 @@ def _job(settings: Settings, keys: Keys, table: Any) -> Job:
     if not patterns or not texts:
         text = 'expected a list of patterns, such as ["parts/*.nc"]'
         raise UsageError(f"{settings.place(*keys, 'programs')}: {text}")
-    return Job(keys, tuple(patterns), table)
+    return JobTable(keys, tuple(patterns), table)
 
 
 def _nearest(folder: Path) -> Path | None:
@@ -169,18 +179,21 @@ def _lines(file: Path) -> dict[Keys, int]:
 
 
 def _statements(text: str) -> Iterator[tuple[int, str, dict[str, Any]]]:
-    """Yield every statement: its first line, its text, and its values read alone."""
-    begin, chunk = 1, ""
-    for number, line in enumerate(text.split("\n"), start=1):
-        begin = begin if chunk else number
-        chunk += f"{line}\n"
-        try:
-            values = tomllib.loads(chunk)
-        except tomllib.TOMLDecodeError:
-            continue  # it goes on in the next line
-        if values:
-            yield begin, chunk.lstrip(), values
-        chunk = ""
+    """Yield every statement of a valid file: its first line, its text, and its values read alone.
+
+    A statement ends with the first line that ends outside of texts and brackets.
+    """
+    begin = depth = 0
+    number = 1
+    for token in TOKENS.finditer(f"{text}\n"):
+        mark = token[0]
+        depth += (mark in OPENING) - (mark in CLOSING)
+        if mark == "\n" and depth == 0:
+            statement = text[begin : token.start()].lstrip()
+            if values := tomllib.loads(statement):
+                yield number, statement, values
+            number += text.count("\n", begin, token.end())
+            begin = token.end()
 
 
 def _table(values: dict[str, Any], counts: Counter[Keys]) -> Keys:

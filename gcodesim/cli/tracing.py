@@ -7,21 +7,24 @@ from typing import Any
 
 import click
 
-from gcodesim.cli.arguments import exit_with, language_options, machine_path_of, period, read_text
+from gcodesim.cli.arguments import (
+    exit_with,
+    language_of,
+    language_options,
+    machine_option,
+    machine_path_of,
+    options_named,
+    period,
+    read_text,
+)
 from gcodesim.cli.outputs import claim, model_files, writing
 from gcodesim.errors import UsageError
 
 
 @click.command()
 @click.argument("program")
-@click.option(
-    "--machine",
-    "machine_path",
-    metavar="M.yaml",
-    help="Machine file, or the name of a shipped machine. Left out: the one the setup names.",
-)
-@click.option("--setup", metavar="FILE", help="Setup file: offsets, start, tools.")
-@click.option("--tools", metavar="FILE", help="Tools file (YAML) or LinuxCNC tool table (.tbl).")
+@machine_option(left_out="the one that the setup names.")
+@options_named("setup", "tools")
 @language_options
 @click.option(
     "--every",
@@ -51,9 +54,8 @@ def trace(program: str, machine_path: str | None, **given: Any) -> None:
     machine = load_machine(model[0], setup=model[1], tools=model[2])
     if given["real"] and not any(joint.servo for joint in machine.joints):
         raise UsageError(f"--real: no joint of {machine.name} has a `servo`")
-    choices = (given["dialect"], given["feed"], given["block_delete"], given["max_blocks"])
     name, text = read_text(program)
-    meaning = interpret(text, control_for(machine, *choices), name)
+    meaning = interpret(text, control_for(machine, *language_of(given)), name)
     path, planned = plan(meaning.program, machine)
     made = Trace(path, machine, given["every"], given["real"])
     if npz:

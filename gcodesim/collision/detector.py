@@ -34,8 +34,6 @@ from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans, window
 
-METHODS = ("search", "exhaustive", "paper")
-
 
 @dataclass
 class Detection:
@@ -72,7 +70,7 @@ class Task:
     Attributes:
         period_ps: sample period [ps].
         device: resolved device name.
-        method: one of METHODS.
+        method: search | exhaustive | paper.
         aims: what the method search is asked for.
         progress: called with the fraction of program time done.
     """

@@ -104,18 +104,3 @@ def world_from_link(machine: Machine, q: ArrayLike) -> dict[str, Array]:
 def transform(pose: Array, points: ArrayLike) -> Array:
     """Points (..., 3) moved by one pose (4, 4)."""
     return np.asarray(points, dtype=np.float64) @ pose[:3, :3].T + pose[:3, 3]
-
-
-def tip_position(machine: Machine, q: ArrayLike, tool_length: float) -> Array:
-    """Tool tip in world coordinates, (..., 3) [mm].
-
-    Args:
-        machine: a machine with a tool mount; ValueError without one.
-        q: joint positions in joint order, shape (..., nj) [mm or deg].
-        tool_length: gauge point to tip [mm].
-    """
-    if machine.tool is None:
-        raise ValueError(f"machine {machine.name} has no tool mount")
-    tip = machine.tool.gauge_point - tool_length * machine.tool.axis
-    pose = world_from_link(machine, q)[machine.tool.link]
-    return np.asarray(pose[..., :3, :3] @ tip + pose[..., :3, 3])

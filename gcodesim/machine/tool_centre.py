@@ -140,20 +140,6 @@ class ToolCentre:
         seen = solver.directions(q[:, [c - 3 for c in columns_of(solver.joints)]])
         return _unit(seen @ np.linalg.inv(self.frame).T)
 
-    def rotary_solutions(self, direction: ArrayLike) -> list[Array]:
-        """A B C [deg] within +-180 that point the tool along (3,): two, one or none.
-
-        At a pole the joint next to the part is free and given as 0.
-        """
-        solver = self._orientation()
-        both, apart = solver.solutions(self._in_world(direction)[None, :])
-        found = []
-        for solution in both[0] if apart[0] > 0.0 else both[0, :1]:
-            if np.isfinite(solution).all():
-                found.append(np.zeros(3))
-                found[-1][[c - 3 for c in columns_of(solver.joints)]] = solution
-        return found
-
     def rotary_at(self, direction: ArrayLike, previous: ArrayLike, prefer: int = 0) -> Array:
         """A B C [deg] that a control takes for one direction (3,), see RotaryAxes.chosen.
 
@@ -165,10 +151,6 @@ class ToolCentre:
         found = np.array(previous, np.float64)
         found[columns] = solver.chosen(self._in_world(direction), found[columns], prefer)
         return found
-
-    def pole_angle(self, direction: ArrayLike) -> float:
-        """Angle [rad] between a direction (3,) and the nearest pole, where a joint is free."""
-        return float(self._orientation().pole_angles(self._in_world(direction)[None, :])[0])
 
     def carried(self, points: ArrayLike, rotary: ArrayLike) -> Array:
         """Where the work link carries points (n, 3) of its frame, as positions of the slides."""

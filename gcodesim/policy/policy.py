@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from gcodesim.checking.request import CheckRequest
 from gcodesim.checking.verdict import CheckResult, effect_at
 from gcodesim.findings.codes import CLEARANCES, FAIL, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
-from gcodesim.policy.rules import Rule, refusal
+from gcodesim.policy.rules import Rule, parse_prefix, parse_rule, refusal
 
 NOT_SELECTED = Ignored("--select")
 
@@ -34,29 +35,32 @@ class Policy:
     baseline: Baseline | None = None
 
     def apply(self, result: CheckResult, text: str, *, stop_all: bool) -> CheckResult:
-        """The result with every ignored finding marked, and with what is to be said about it.
+        """The result with every ignored finding marked, and with remarks about what was ignored.
 
         Args:
             result: as the check gave it.
             text: the program, for its comments.
-            stop_all: the check looked on behind the first contact.
+            stop_all: the check looked on after the first contact.
         """
         comments = list(comments_in(text))
         entries = self._entries(result)
-        findings = [self._marked(f, e) for f, e in zip(result.findings, entries, strict=True)]
-        said = list(_wrong(comments, result.program))
-        said += [r for f, e in zip(result.findings, entries, strict=True) for r in _refused(f, e)]
+        both = list(zip(result.findings, entries, strict=True))
+        findings = [self._marked(f, e) for f, e in both]
+        remarks = list(_wrong(comments, result.program))
+        remarks += [remark for f, e in both for remark in _refused(f, e)]
         if looked_at_all(result, stop_all):
-            said += [*_unused(comments, result), *self._unused_entries(result)]
-        gaps = [] if stop_all else [gap for f in findings if (gap := self._behind(f))]
-        said += [Finding("GC901", gap, "stopped_at_ignored", file=result.program) for gap in gaps]
+            remarks += [*_unused(comments, result), *self._unused_entries(result)]
+        gaps = [] if stop_all else [gap for f in findings if (gap := self._gap_after(f))]
+        file = result.program
+        remarks += [Finding("GC901", gap, "stopped_at_ignored", file=file) for gap in gaps]
         # A wrong comment on a block with several findings is wrong once.
-        said = list(dict.fromkeys(said))
+        remarks = list(dict.fromkeys(remarks))
         coverage = result.coverage
         if any(f.ignored and f.is_contact for f in findings):
             gap = "clearances in the rest of the move in which an ignored contact ends"
             coverage = replace(coverage, uncertified=(*coverage.uncertified, gap))
-        return replace(result, findings=(*findings, *said), coverage=coverage, fail_on=self.fail_on)
+        findings += remarks
+        return replace(result, findings=tuple(findings), coverage=coverage, fail_on=self.fail_on)
 
     def wanted(self, result: CheckResult, text: str) -> list[Finding]:
         """Findings that belong in a baseline: all that count, except what can never be ignored."""
@@ -83,8 +87,8 @@ class Policy:
         if self.select and not refusal(finding, "") and not finding.code.startswith(self.select):
             yield NOT_SELECTED
 
-    def _behind(self, finding: Finding) -> str:
-        """What was not looked at behind an ignored finding; empty where that cannot matter.
+    def _gap_after(self, finding: Finding) -> str:
+        """What was not looked at after an ignored finding; empty where that cannot matter.
 
         A wish for every place, such as --ignore GC201, speaks of what follows too.
         """
@@ -93,13 +97,38 @@ class Policy:
         here = finding.ignored and not finding.ignored.by.startswith("--")
         if here and finding.code in CLEARANCES and effect_at(finding, self.fail_on) == FAIL:
             pair = "-".join(finding.pair or ())
-            return f"only the first place where {pair} is too near is told: --stop all tells all"
+            return (
+                f"only the first place where {pair} is too near is reported: --stop all reports all"
+            )
         return ""
 
     def _unused_entries(self, result: CheckResult) -> Iterator[Finding]:
         for entry in self.baseline.unused(result) if self.baseline else ():
             text = f"an entry of the baseline matches nothing: {entry.code} {entry.message}"
             yield Finding("GC602", text, "baseline_unused", file=result.program)
+
+
+def policy_of(
+    asked: CheckRequest,
+    baseline: Baseline | None,
+    label: Callable[[str], str] = "--{}".format,
+) -> Policy:
+    """The policy that a user asks for.
+
+    Args:
+        asked: with codes and rules as they are written.
+        baseline: as its file holds it.
+        label: what to call an option in a message.
+
+    Raises:
+        UsageError: a code or rule is wrong.
+    """
+    return Policy(
+        fail_on=asked.fail_on,
+        select=tuple(parse_prefix(text, label("select")) for text in asked.select),
+        ignore=tuple(parse_rule(text, label("ignore")) for text in asked.ignore),
+        baseline=baseline,
+    )
 
 
 def looked_at_all(result: CheckResult, stop_all: bool) -> bool:

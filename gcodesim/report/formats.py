@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from gcodesim.report import github, gitlab, json_report, jsonl, junit, sarif, text
-from gcodesim.report.outcome import FORMATS, Run
+from gcodesim.report.outcome import FORMATS, RunOutcome
 
-RENDER: dict[str, Callable[[Run], str]] = dict(
+RENDER: dict[str, Callable[[RunOutcome], str]] = dict(
     zip(
         FORMATS,
         (text.render, json_report.render, jsonl.render, junit.render, sarif.render,

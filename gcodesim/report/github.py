@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from gcodesim.checking.verdict import CheckResult
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Run
-from gcodesim.report.rows import Row, repository_path, rows, title
+from gcodesim.report.outcome import RunOutcome
+from gcodesim.report.rows import CountedFinding, repository_path, rows, title
 
 ANNOTATIONS = 10
 """GitHub shows ten annotations of a step and drops the others without a word."""
@@ -17,7 +17,7 @@ COMMANDS = {"error": "error", "warning": "warning", "note": "notice"}
 MORE = "\n{} more findings: see the other reports.\n"
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """Workflow commands, one per line, for standard output."""
     lines = [
         _command("error", repository_path(failure.program), 1, None, failure.message)
@@ -27,7 +27,7 @@ def render(run: Run) -> str:
     return "".join(f"{line}\n" for line in lines[:ANNOTATIONS])
 
 
-def summary(run: Run) -> str:
+def summary(run: RunOutcome) -> str:
     """The step summary, Markdown: a table of programs, then the findings that count."""
     text = "### gcodesim\n\n| verdict | program | machine | findings |\n|---|---|---|---|\n"
     text += "".join(
@@ -45,7 +45,7 @@ def summary(run: Run) -> str:
     return text + "".join(lines)
 
 
-def _annotation(row: Row) -> str:
+def _annotation(row: CountedFinding) -> str:
     finding = row.finding
     command = COMMANDS[finding.severity]
     return _command(command, row.path, row.line, finding.column, title(row))
@@ -72,7 +72,7 @@ def _program(result: CheckResult) -> str:
     return f"| {result.verdict.upper()} | {program} | {_cell(result.machine)} | {counts} |\n"
 
 
-def _place(row: Row) -> str:
+def _place(row: CountedFinding) -> str:
     block = f" `{printable(row.finding.block.strip()).replace('`', chr(39))}`"
     return f"{_cell(row.path)}:{row.line}" + (block if row.finding.block.strip() else "")
 

@@ -7,19 +7,19 @@ import json
 from typing import Any
 
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Failure, Run
-from gcodesim.report.rows import Row, repository_path, rows, title
+from gcodesim.report.outcome import Failure, RunOutcome
+from gcodesim.report.rows import CountedFinding, repository_path, rows, title
 
 SEVERITIES = {"error": "critical", "warning": "major", "note": "info"}
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """The findings that count, as JSON."""
     issues = [_unread(failure) for failure in run.failures]
     return json.dumps(issues + [_issue(row) for row in rows(run)], indent=2) + "\n"
 
 
-def _issue(row: Row) -> dict[str, Any]:
+def _issue(row: CountedFinding) -> dict[str, Any]:
     severity = "blocker" if row.finding.is_contact else SEVERITIES[row.finding.severity]
     # The same block may collide on two machines: GitLab shows one issue per fingerprint.
     job = (row.fingerprint, row.result.machine, row.result.setup)

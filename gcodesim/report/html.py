@@ -44,7 +44,7 @@ MOST_LINES = 500_000
 would make it larger than some 20 MB."""
 
 MOST_TIMES = 200
-"""Times of findings at which distances are told besides those at equal steps."""
+"""Times of findings at which distances are given besides those at equal steps."""
 
 
 def page(result: CheckResult, replay: Replay) -> str:
@@ -146,14 +146,14 @@ def _distances(result: CheckResult, replay: Replay) -> dict[str, Any]:
     from gcodesim.collision.views.distances import distances
 
     first = result.first_contact
-    told = [
+    times = [
         *([first.time_s] if first else []),
         *(near.time_s for near in result.clearances),
         *(touch.deepest_at_s for touch in result.contacts),
         *(finding.time_s for finding in result.findings if finding.time_s is not None),
     ]
-    told_ps = np.rint(np.array(told[:MOST_TIMES]) * PS_PER_S).astype(np.int64)
-    found = distances(replay.machine, replay.path, result.device, told_ps)
+    found_ps = np.rint(np.array(times[:MOST_TIMES]) * PS_PER_S).astype(np.int64)
+    found = distances(replay.machine, replay.path, result.device, found_ps)
     points = np.array([link.points for link in found.links])
     return {
         "pairs": [[pair.a, pair.b] for pair in replay.machine.pairs],

@@ -9,14 +9,14 @@ from typing import Any
 from gcodesim.checking.verdict import CheckResult
 from gcodesim.constants import SLACK_MM
 from gcodesim.findings.fingerprints import fingerprints
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 
 SCHEMA = "gcodesim.report/1"
 PLACES = 12
 """Decimals of times and positions: a picosecond, far below any rounding of the machine."""
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """One object for one program, an array for several, whatever became of them."""
     reports = [report_dict(result) for result in run.results]
     one = len(reports) == 1 and not run.failures

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import Any
 
 from gcodesim.report.json_report import report_dict
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 
 VARYING = ("device", "pictures", "work", "timing_s", "findings", "suppressed")
 """What depends on where and how a check ran; and the findings, which have lines of their own."""
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """One line per object, keys sorted, no blanks, ASCII: `type` is finding, program or failure.
 
     The findings of a program stand before it, in the order of the JSON report, each with its
@@ -23,7 +23,7 @@ def render(run: Run) -> str:
     return "".join(f"{encoder.encode(row)}\n" for row in _objects(run))
 
 
-def _objects(run: Run) -> Iterator[dict[str, Any]]:
+def _objects(run: RunOutcome) -> Iterator[dict[str, Any]]:
     for result in run.results:
         place = {"program": result.program, "machine": result.machine}
         report = report_dict(result)

@@ -12,15 +12,15 @@ from xml.etree import ElementTree
 from gcodesim.checking.verdict import PASS, CheckResult
 from gcodesim.findings.codes import FAIL
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 from gcodesim.report.rows import repository_path, rows, title
 from gcodesim.report.text import report_lines
 
 BODY_FINDINGS = 100
-"""Findings told in the body of a test case; all are in the other formats."""
+"""Findings listed in the body of a test case; all are in the other formats."""
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """The document, with an XML declaration."""
     cases = _named(run)
     seconds = sum(sum(result.timing_s.values()) for result in run.results)
@@ -52,7 +52,7 @@ def render(run: Run) -> str:
     )
 
 
-def _named(run: Run) -> list[str]:
+def _named(run: RunOutcome) -> list[str]:
     """Names of the test cases: of two with the same name GitLab drops one."""
     seen: Counter[tuple[str, str]] = Counter()
     names = []
@@ -77,7 +77,7 @@ def _case(result: CheckResult, name: str) -> ElementTree.Element:
         return case
     body = ElementTree.SubElement(case, "failure" if result.verdict == FAIL else "error")
     body.set("type", result.verdict)
-    body.set("message", printable(title(rows(Run((result,)))[0])))
+    body.set("message", printable(title(rows(RunOutcome((result,)))[0])))
     body.text = text
     if result.pictures:
         ElementTree.SubElement(case, "system-out").text = _attachments(result)

@@ -17,8 +17,8 @@ SCHEMA = "gcodesim.lint/1"
 def lint_lines(name: str, findings: Sequence[Finding]) -> list[str]:
     """A line with the counts, then one line per finding, what weighs most first."""
     counts = Counter(finding.severity for finding in findings)
-    said = ", ".join(f"{counts[s]} {s}{'' if counts[s] == 1 else 's'}" for s in SEVERITY_COLORS)
-    return [f"{name}: {said}", *(_line(finding) for finding in _by_weight(findings))]
+    summary = ", ".join(f"{counts[s]} {s}{'' if counts[s] == 1 else 's'}" for s in SEVERITY_COLORS)
+    return [f"{name}: {summary}", *(_line(finding) for finding in _by_weight(findings))]
 
 
 def lint_dict(name: str, findings: Sequence[Finding]) -> dict[str, Any]:
@@ -37,5 +37,5 @@ def _by_weight(findings: Sequence[Finding]) -> list[Finding]:
 
 def _line(finding: Finding) -> str:
     place = ":".join(str(part) for part in (finding.file, finding.line) if part)
-    told = f"{place}: {finding.message}" if place else finding.message
-    return printable(f"  {finding.severity} {finding.code} {told}")
+    text = f"{place}: {finding.message}" if place else finding.message
+    return printable(f"  {finding.severity} {finding.code} {text}")

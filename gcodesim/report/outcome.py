@@ -19,7 +19,7 @@ class Failure:
 
 
 @dataclass(frozen=True)
-class Run:
+class RunOutcome:
     """Programs in the order they were checked, and those that could not be."""
 
     results: tuple[CheckResult, ...]

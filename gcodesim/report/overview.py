@@ -14,7 +14,7 @@ from rich.text import Text
 from gcodesim.checking.verdict import PASS, CheckResult
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 from gcodesim.report.reading import result_of_record
 from gcodesim.report.rows import rows as weightiest
 from gcodesim.report.text import COLORS
@@ -41,7 +41,7 @@ SHRINKING = ((2, 10), (1, 16))
 
 
 @dataclass(frozen=True)
-class Row:
+class ProgramRow:
     """One program on one machine.
 
     Attributes:
@@ -75,7 +75,7 @@ def rows_of(
     records: Iterable[dict[str, Any]],
     missing: Iterable[dict[str, Any]] = (),
     shards: Iterable[str] = (),
-) -> list[Row]:
+) -> list[ProgramRow]:
     """Rows of all jobs, the worst verdict first.
 
     Args:
@@ -89,7 +89,9 @@ def rows_of(
     jobs = sorted([*records, *missing], key=_place)
     shared = shared_options(jobs)
     counts: Counter[tuple[str, ...]] = Counter()
-    rows = [Row(f"shard {shard}", "", "", INCONCLUSIVE, worst="not there") for shard in shards]
+    rows = [
+        ProgramRow(f"shard {shard}", "", "", INCONCLUSIVE, worst="not there") for shard in shards
+    ]
     for job in jobs:
         counts[_place(job)] += 1
         own = tuple(option for option in job.get("options", ()) if option not in shared)
@@ -99,24 +101,24 @@ def rows_of(
 
 def shared_options(jobs: Sequence[dict[str, Any]]) -> tuple[str, ...]:
     """Options that differ from the defaults, and are those of every job."""
-    told = [job.get("options", ()) for job in jobs] or [()]
-    return tuple(option for option in told[0] if all(option in other for other in told))
+    lists = [job.get("options", ()) for job in jobs] or [()]
+    return tuple(option for option in lists[0] if all(option in other for other in lists))
 
 
 def _place(job: dict[str, Any]) -> tuple[str, str, str]:
     return job["program"], job["machine"], job["setup"]
 
 
-def _row(job: dict[str, Any]) -> Row:
+def _row(job: dict[str, Any]) -> ProgramRow:
     """The row of a record, or of the label of a job without one."""
     if "error" in job:
-        return Row(*_place(job), ERROR, worst=job["error"])
+        return ProgramRow(*_place(job), ERROR, worst=job["error"])
     if "report" not in job:
-        return Row(*_place(job), INCONCLUSIVE, worst="not checked")
+        return ProgramRow(*_place(job), INCONCLUSIVE, worst="not checked")
     result = result_of_record(job)
     distance, pair = _nearest(result)
-    worst = next((row.finding for row in weightiest(Run((result,)))), None)
-    return Row(
+    worst = next((row.finding for row in weightiest(RunOutcome((result,)))), None)
+    return ProgramRow(
         *_place(job),
         result.verdict,
         distance,
@@ -158,24 +160,24 @@ def count_verdicts(verdicts: Counter[str]) -> str:
     return ", ".join(f"{verdicts[verdict]} {verdict.upper()}" for verdict in reversed(VERDICTS))
 
 
-def headline(rows: Sequence[Row]) -> str:
+def headline(rows: Sequence[ProgramRow]) -> str:
     """The number of rows, and of their verdicts."""
     return f"{len(rows)} checks: {count_verdicts(Counter(row.verdict for row in rows))}"
 
 
-def cells(row: Row) -> tuple[str, str, str, str, str, str]:
+def cells(row: ProgramRow) -> tuple[str, str, str, str, str, str]:
     """A row as text: verdict, program, machine, clearance, cycle time, worst finding."""
     program = row.program + (f" #{row.number}" if row.number > 1 else "")
     machine = f"{row.machine} + {row.setup}" if row.setup else row.machine
     near = "" if row.clearance_mm is None else f"{row.clearance_mm:.3f} {row.pair}"
     time = "" if row.cycle_s is None else f"{row.cycle_s:.1f}"
     place = f"line {row.line}: " if row.line else ""
-    told = [f"{place}{row.worst}", row.ignored]
+    remarks = [f"{place}{row.worst}", row.ignored]
     if row.verdict == PASS:
-        told.reverse()  # what does not count after all says more than a note
+        remarks.reverse()  # what does not count after all says more than a note
     texts = (
         *(row.verdict.upper(), program, " ".join([machine, *row.options])),
-        *(near, time, "; ".join(filter(None, told))),
+        *(near, time, "; ".join(filter(None, remarks))),
     )
     verdict, program, machine, near, time, worst = map(printable, texts)
     return verdict, program, machine, near, time, worst
@@ -186,7 +188,7 @@ def columns() -> tuple[str, str, str, str, str, str]:
     return "verdict", "program", "machine", "clearance mm", "cycle s", "worst finding"
 
 
-def print_overview(rows: Sequence[Row], console: Console) -> None:
+def print_overview(rows: Sequence[ProgramRow], console: Console) -> None:
     """Print the table and the count of verdicts.
 
     Of many programs only those are shown that do not pass, or that pass with ignored contacts.
@@ -199,7 +201,7 @@ def print_overview(rows: Sequence[Row], console: Console) -> None:
     console.print(headline(rows))
 
 
-def _table(rows: Sequence[Row], console: Console) -> Iterator[Text]:
+def _table(rows: Sequence[ProgramRow], console: Console) -> Iterator[Text]:
     """Yield lines: every row with its worst finding, wrapped, beside or below it."""
     texts = [columns(), *map(cells, rows)]
     styles = ["bold", *(COLORS.get(row.verdict, "bold red") for row in rows)]
@@ -213,12 +215,12 @@ def _table(rows: Sequence[Row], console: Console) -> Iterator[Text]:
             line.append(" " * GAP + _fitted(name, width))
         line.append(" " * GAP + time.rjust(widths[-1]))
         room = max(1, console.width - indent)
-        told = [part.plain.rstrip() for part in Text(worst).wrap(console, room) if part.plain]
-        if told and beside:
-            line.append(" " * GAP + told.pop(0))
+        lines = [part.plain.rstrip() for part in Text(worst).wrap(console, room) if part.plain]
+        if lines and beside:
+            line.append(" " * GAP + lines.pop(0))
         line.rstrip()
         yield line
-        yield from (Text(" " * indent + part) for part in told)
+        yield from (Text(" " * indent + part) for part in lines)
 
 
 def _widths(texts: Sequence[Sequence[str]], room: int) -> list[int]:

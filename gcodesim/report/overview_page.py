@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from gcodesim.checking.verdict import CONTRACT
 from gcodesim.findings.printing import printable
-from gcodesim.report.overview import Row, cells, columns, headline
+from gcodesim.report.overview import ProgramRow, cells, columns, headline
 
 _PAGE = """<!doctype html>
 <html lang="en">
@@ -64,7 +64,9 @@ document.querySelectorAll("th button").forEach((button, column) => {{
 """
 
 
-def overview_page(rows: Sequence[Row], version: str, options: Sequence[str], folder: Path) -> str:
+def overview_page(
+    rows: Sequence[ProgramRow], version: str, options: Sequence[str], folder: Path
+) -> str:
     """The page; a click on a column sorts by it.
 
     Args:
@@ -87,14 +89,14 @@ def overview_page(rows: Sequence[Row], version: str, options: Sequence[str], fol
     )
 
 
-def _table_row(row: Row, folder: Path) -> str:
+def _table_row(row: ProgramRow, folder: Path) -> str:
     links = "".join(f' <a href="{_link(file, folder)}">picture</a>' for file in row.pictures)
     texts = "".join(f"<td>{_breakable(text)}</td>" for text in cells(row))
     return f'<tr class="{row.verdict}">{texts.removesuffix("</td>")}{links}</td></tr>'
 
 
 def _breakable(text: str) -> str:
-    """The text as HTML that may be broken behind a slash: folders make names long."""
+    """The text as HTML that may be broken after a slash: folders make names long."""
     return escape(text).replace("/", "/<wbr>")
 
 

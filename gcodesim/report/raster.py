@@ -27,7 +27,7 @@ FONT = bytes.fromhex(
 """The characters from space to tilde: 5 columns of 7 dots each, the lowest bit on top."""
 
 CELL = 6
-"""Width of a character with the gap behind it [dots]."""
+"""Width of a character with the gap after it [dots]."""
 
 
 def draw_text(

@@ -19,23 +19,23 @@ from gcodesim.checking.verdict import (
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import Finding, Ignored
 from gcodesim.findings.fingerprints import fingerprint, likeness
-from gcodesim.report.outcome import Failure, Run
+from gcodesim.report.outcome import Failure, RunOutcome
 
 NESTED = {"contacts": ContactInterval, "clearances": SmallestDistance, "left_out": LeftOut}
 SINGLE = {"first_contact": FirstContact, "coverage": Coverage, "largest_step": LargestStep}
 LISTS = ("findings", "suppressed")
 
 
-def run_of(
+def outcome_of(
     records: Iterable[dict[str, Any]],
     missing: Iterable[dict[str, str]] = (),
     shards: Iterable[str] = (),
-) -> Run:
+) -> RunOutcome:
     """The run that the records of a batch are of, by program, machine and setup.
 
     Args:
         records: what became of jobs.
-        missing: labels of jobs without a record; what was not checked is told as not read.
+        missing: labels of jobs without a record; what was not checked is reported as not read.
         shards: parts of the batch that are not there.
 
     Raises:
@@ -46,7 +46,7 @@ def run_of(
     failures = [Failure(r["program"], r["error"]) for r in records if "error" in r]
     failures += [Failure(job["program"], "not checked") for job in sorted(missing, key=_place)]
     failures += [Failure(f"shard {shard}", "not there") for shard in shards]
-    return Run(tuple(results), tuple(dict.fromkeys(failures)))
+    return RunOutcome(tuple(results), tuple(dict.fromkeys(failures)))
 
 
 def result_of_record(record: dict[str, Any]) -> CheckResult:
@@ -82,7 +82,7 @@ def _place(label: dict[str, Any]) -> tuple[str, ...]:
 def _findings(report: dict[str, Any]) -> tuple[Finding, ...]:
     """What counts and what does not, in one row that gives them their fingerprints again.
 
-    Findings that are alike are told apart by their order only.
+    Findings that are alike are distinguished by their order only.
     """
     queues = [deque((_finding(row), row["fingerprint"]) for row in report[name]) for name in LISTS]
     found: list[Finding] = []

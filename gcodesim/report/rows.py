@@ -10,7 +10,7 @@ from pathlib import Path
 from gcodesim.checking.verdict import PASS, CheckResult, effect_at
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding
 from gcodesim.findings.fingerprints import fingerprints
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 
 ROOTS = ("GITHUB_WORKSPACE", "CI_PROJECT_DIR")
 """Where GitHub and GitLab say that the repository lies."""
@@ -20,7 +20,7 @@ SEVERITIES = ("error", "warning", "note")
 
 
 @dataclass(frozen=True)
-class Row:
+class CountedFinding:
     """A finding that counts.
 
     Attributes:
@@ -40,13 +40,13 @@ class Row:
         return self.finding.line or 1
 
 
-def rows(run: Run) -> list[Row]:
+def rows(run: RunOutcome) -> list[CountedFinding]:
     """The findings that count, contacts and failures first, otherwise in the order of the run."""
     return sorted((row for result in run.results for row in _rows_of(result)), key=_weight)
 
 
-def title(row: Row) -> str:
-    """Message with the code in front and the machine behind."""
+def title(row: CountedFinding) -> str:
+    """Message with the code before it and the machine after it."""
     return f"{row.finding.code} {row.finding.message} ({row.result.machine})"
 
 
@@ -59,7 +59,7 @@ def repository_path(file: str, environment: Mapping[str, str] = os.environ) -> s
         return Path(file).as_posix()
 
 
-def _rows_of(result: CheckResult) -> list[Row]:
+def _rows_of(result: CheckResult) -> list[CountedFinding]:
     both = zip(result.findings, fingerprints(result.findings), strict=True)
     found = [_row(result, finding, mark) for finding, mark in both if not finding.ignored]
     decided = any(effect_at(row.finding, result.fail_on) != NOTED for row in found)
@@ -69,11 +69,13 @@ def _rows_of(result: CheckResult) -> list[Row]:
     return found
 
 
-def _row(result: CheckResult, finding: Finding, fingerprint: str) -> Row:
-    return Row(result, finding, repository_path(finding.file or result.program), fingerprint)
+def _row(result: CheckResult, finding: Finding, fingerprint: str) -> CountedFinding:
+    return CountedFinding(
+        result, finding, repository_path(finding.file or result.program), fingerprint
+    )
 
 
-def _weight(row: Row) -> tuple[bool, int, int]:
+def _weight(row: CountedFinding) -> tuple[bool, int, int]:
     finding = row.finding
     effect = effect_at(finding, row.result.fail_on)
     return not finding.is_contact, EFFECTS.index(effect), SEVERITIES.index(finding.severity)

@@ -12,8 +12,8 @@ from gcodesim import __version__
 from gcodesim.findings.codes import CODES
 from gcodesim.findings.explain import explain
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Run
-from gcodesim.report.rows import Row, repository_path, rows
+from gcodesim.report.outcome import RunOutcome
+from gcodesim.report.rows import CountedFinding, repository_path, rows
 
 SCHEMA = (
     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
@@ -24,7 +24,7 @@ RESULTS = 25_000
 RULES = {code: i for i, code in enumerate(CODES)}
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """The log, JSON."""
     found = rows(run)
     log = {
@@ -70,12 +70,12 @@ def _rule(code: str) -> dict[str, Any]:
     }
 
 
-def _invocation(run: Run, count: int) -> dict[str, Any]:
-    said = [_notification("error", failure.message, failure.program) for failure in run.failures]
+def _invocation(run: RunOutcome, count: int) -> dict[str, Any]:
+    notifications = [_notification("error", each.message, each.program) for each in run.failures]
     if count > RESULTS:
         text = f"{count - RESULTS} more findings are left out: see the other reports"
-        said.append(_notification("warning", text))
-    return {"executionSuccessful": not run.failures, "toolExecutionNotifications": said}
+        notifications.append(_notification("warning", text))
+    return {"executionSuccessful": not run.failures, "toolExecutionNotifications": notifications}
 
 
 def _notification(level: str, text: str, file: str = "") -> dict[str, Any]:
@@ -83,7 +83,7 @@ def _notification(level: str, text: str, file: str = "") -> dict[str, Any]:
     return {"level": level, "message": {"text": printable(text)}, **place}
 
 
-def _result(row: Row) -> dict[str, Any]:
+def _result(row: CountedFinding) -> dict[str, Any]:
     finding = row.finding
     properties = {
         "machine": row.result.machine,
@@ -103,7 +103,7 @@ def _result(row: Row) -> dict[str, Any]:
     }
 
 
-def _region(row: Row) -> dict[str, Any]:
+def _region(row: CountedFinding) -> dict[str, Any]:
     region: dict[str, Any] = {"startLine": row.line}
     if row.finding.column:
         region["startColumn"] = row.finding.column
@@ -119,5 +119,5 @@ def _location(path: str, region: dict[str, Any] | None = None) -> dict[str, Any]
     return {"physicalLocation": place}
 
 
-def _verdicts(run: Run) -> Sequence[dict[str, str]]:
+def _verdicts(run: RunOutcome) -> Sequence[dict[str, str]]:
     return [{"program": r.program, "machine": r.machine, "verdict": r.verdict} for r in run.results]

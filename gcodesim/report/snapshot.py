@@ -69,7 +69,7 @@ SKETCH = 32
 
 
 @dataclass(frozen=True)
-class View:
+class Camera:
     """Where a picture is taken from: parallel rays, so that sizes can be compared.
 
     Attributes:
@@ -116,9 +116,9 @@ class Surfaces:
         self.normals = (normals / np.maximum(lengths, np.finfo(float).tiny)).astype(np.float32)
         self.target = Target(self.triangles, device)
 
-    def seen(self, view: View) -> Hits:
-        """What the rays of a view meet."""
-        return self.target.first_hits(view.rays())
+    def seen(self, camera: Camera) -> Hits:
+        """What the rays of a camera meet."""
+        return self.target.first_hits(camera.rays())
 
     def shaded(self, hits: Hits, axes: Floats) -> NDArray[np.float32]:
         """Colour of every ray, darker where the surface turns away and where it breaks."""
@@ -161,18 +161,18 @@ class Stage:
         """The middle of the place."""
         return np.asarray(self.points.mean(axis=0))
 
-    def whole(self, axes: Floats) -> View:
-        """The view of everything."""
+    def whole(self, axes: Floats) -> Camera:
+        """The camera that sees everything."""
         seen = self.corners @ axes.T
         low, high = seen.min(axis=0), seen.max(axis=0)
         half = 0.55 * float((high - low)[:2].max())
         reach = 2.5 * float(np.linalg.norm(high - low))
-        return View((low + high) / 2.0 @ axes, axes, half, reach, SIZE)
+        return Camera((low + high) / 2.0 @ axes, axes, half, reach, SIZE)
 
-    def near(self, axes: Floats) -> View:
-        """The view of the place."""
-        view = self.whole(axes)
-        return replace(view, center=self.point, half=min(self.close, view.half))
+    def near(self, axes: Floats) -> Camera:
+        """The camera that sees the place."""
+        camera = self.whole(axes)
+        return replace(camera, center=self.point, half=min(self.close, camera.half))
 
 
 def with_snapshot(result: CheckResult, file: str) -> CheckResult:
@@ -203,8 +203,8 @@ def snapshot(machine: Machine, moment: Moment, device: str, size: int = SIZE) ->
     """
     stage = _stage(machine, moment, device)
     axes = _direction(stage)
-    views = [replace(view, size=size) for view in (stage.whole(axes), stage.near(axes))]
-    pixels = np.concatenate([_drawn(stage, view) for view in views], axis=1)
+    cameras = [replace(camera, size=size) for camera in (stage.whole(axes), stage.near(axes))]
+    pixels = np.concatenate([_drawn(stage, camera) for camera in cameras], axis=1)
     draw_box(pixels, (size - 1, 0), (2, size), INK)
     _caption(pixels, moment)
     return png_bytes(pixels)
@@ -246,13 +246,13 @@ def _direction(stage: Stage) -> Floats:
     for elevation in ELEVATIONS:
         for azimuth in AZIMUTHS:
             axes = _axes(math.radians(azimuth), math.radians(elevation))
-            view = replace(stage.near(axes), size=SKETCH)
-            hits = stage.solid.seen(view)
+            camera = replace(stage.near(axes), size=SKETCH)
+            hits = stage.solid.seen(camera)
             met = hits.triangle >= 0
             is_first = met & (hits.triangle < stage.firsts)
             shares = [float(np.mean(is_first)), float(np.mean(met & ~is_first))]
             middle = hits.distance[SKETCH // 2, SKETCH // 2]
-            hidden = middle < 0.5 * view.reach - 0.1 * view.half
+            hidden = middle < 0.5 * camera.reach - 0.1 * camera.half
             score = min(shares) + 0.2 * max(shares) - 0.5 * float(hidden)
             score -= 0.3 * abs(float(axes[2] @ along))
             # A direction that people know wins unless another shows clearly more.
@@ -269,42 +269,44 @@ def _axes(azimuth: float, elevation: float) -> Floats:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def _drawn(stage: Stage, view: View) -> Pixels:
+def _drawn(stage: Stage, camera: Camera) -> Pixels:
     """One half of the picture: surfaces, the point, a scale."""
-    fine = replace(view, size=2 * view.size)
+    fine = replace(camera, size=2 * camera.size)
     solid, ghost = stage.solid.seen(fine), stage.ghosts.seen(fine)
     image = np.full((fine.size, fine.size, 3), BACKGROUND, np.float32)
     met = solid.triangle >= 0
-    image[met] = stage.solid.shaded(solid, view.axes)[met]
+    image[met] = stage.solid.shaded(solid, camera.axes)[met]
     before = (ghost.triangle >= 0) & (ghost.distance < solid.distance)
-    image[before] += GHOST * (stage.ghosts.shaded(ghost, view.axes)[before] - image[before])
+    image[before] += GHOST * (stage.ghosts.shaded(ghost, camera.axes)[before] - image[before])
     # The mean of four rays a pixel makes the edges smooth.
-    mean = image.reshape(view.size, 2, view.size, 2, 3).mean(axis=(1, 3))
+    mean = image.reshape(camera.size, 2, camera.size, 2, 3).mean(axis=(1, 3))
     pixels: Pixels = np.rint(mean).astype(np.uint8)
-    _mark(pixels, view, stage)
-    _scale_bar(pixels, view)
+    _mark(pixels, camera, stage)
+    _scale_bar(pixels, camera)
     return pixels
 
 
-def _mark(pixels: Pixels, view: View, stage: Stage) -> None:
+def _mark(pixels: Pixels, camera: Camera, stage: Stage) -> None:
     """A ring around the place, or a line across a gap that is larger than the ring."""
-    ends = [view.place(point) for point in stage.points]
-    if math.dist(ends[0], ends[-1]) < 2.0 * RING * view.size:
+    ends = [camera.place(point) for point in stage.points]
+    if math.dist(ends[0], ends[-1]) < 2.0 * RING * camera.size:
         for radius, color in ((RING - 0.006, INK), (RING, MARK), (RING + 0.006, INK)):
-            draw_ring(pixels, view.place(stage.point), radius * view.size, color, 0.006 * view.size)
+            draw_ring(
+                pixels, camera.place(stage.point), radius * camera.size, color, 0.006 * camera.size
+            )
     else:
         for width, color in ((0.016, INK), (0.008, MARK)):
-            draw_line(pixels, ends[0], ends[-1], color, width * view.size)
+            draw_line(pixels, ends[0], ends[-1], color, width * camera.size)
 
 
-def _scale_bar(pixels: Pixels, view: View) -> None:
+def _scale_bar(pixels: Pixels, camera: Camera) -> None:
     """A bar of a round length at the lower left, up to a quarter of the width."""
-    unit = 10.0 ** math.floor(math.log10(view.half / 2.0))
-    length = next(n * unit for n in (5, 2, 1) if n * unit <= view.half / 2.0)
-    edge, scale = _edge_and_scale(view.size)
-    width = round(length / view.half * view.size / 2.0)
-    _label(pixels, (edge, view.size - edge - 9 * scale), f"{length:g} mm", INK)
-    draw_box(pixels, (edge, view.size - edge), (width, 2 * scale), INK)
+    unit = 10.0 ** math.floor(math.log10(camera.half / 2.0))
+    length = next(n * unit for n in (5, 2, 1) if n * unit <= camera.half / 2.0)
+    edge, scale = _edge_and_scale(camera.size)
+    width = round(length / camera.half * camera.size / 2.0)
+    _label(pixels, (edge, camera.size - edge - 9 * scale), f"{length:g} mm", INK)
+    draw_box(pixels, (edge, camera.size - edge), (width, 2 * scale), INK)
 
 
 def _caption(pixels: Pixels, moment: Moment) -> None:

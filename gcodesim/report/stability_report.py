@@ -37,7 +37,7 @@ def print_stability(study: dict[str, Any], console: Console) -> None:
 
 
 def _cells(row: Row, before: Row) -> list[str]:
-    """Texts and numbers of a case; what the line above says too is not said again."""
+    """Texts and numbers of a case; what the line above has too is left out."""
     names, same, texts = ("topic", "case", "quantity"), True, []
     for name in names:
         same = same and row[name] == before.get(name)

@@ -13,7 +13,7 @@ Row = dict[str, Any]
 RUN_COLUMNS = (
     "scene", "method", "knob", "setting", "unit", "runs", "error_median", "error_max", "bound",
     "latest", "missed", "false", "alarms", "clearance_mm", "missed_mm", "missed_s",
-    "not_as_foretold", "wall_s", "poses", "box_tests", "triangle_tests",
+    "unexpected", "wall_s", "poses", "box_tests", "triangle_tests",
 )  # fmt: skip
 TRIANGLE_COLUMNS = (
     "family", "test", "pairs", "touching", "missed", "false", "deepest_miss_mm",

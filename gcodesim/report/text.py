@@ -11,7 +11,7 @@ from rich.text import Text
 from gcodesim.checking.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
 from gcodesim.findings.printing import printable
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 
 COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
 SEVERITY_COLORS = {"error": "red", "warning": "yellow", "note": "cyan"}
@@ -29,7 +29,7 @@ def print_report(result: CheckResult, console: Console) -> None:
         console.print(line)
 
 
-def render(run: Run) -> str:
+def render(run: RunOutcome) -> str:
     """The reports of a run without colours, and the programs that could not be read."""
     lines = [line.plain for result in run.results for line in report_lines(result)]
     lines += [f"NOT READ  {printable(failure.message)}" for failure in run.failures]

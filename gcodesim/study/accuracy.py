@@ -97,14 +97,14 @@ def study_accuracy(
 
 
 @dataclass(frozen=True)
-class Run:
+class StudyRun:
     """One run against the truth.
 
     Attributes:
         found_s, error_s: time of the contact found and its error [s]; None when none was found.
         missed, false: no contact found where there is one; one found where or when there is none.
         clearance_mm: true distance at the instant found, 0 where the bodies touch.
-        as_foretold: the sample is the one that the closed form says.
+        expected: the sample is the one that the closed form says.
         wall_s: time of the run.
         counts: poses, box tests, triangle tests.
     """
@@ -114,7 +114,7 @@ class Run:
     missed: bool
     false: bool
     clearance_mm: float
-    as_foretold: bool
+    expected: bool
     wall_s: float
     counts: tuple[int, ...]
 
@@ -143,7 +143,7 @@ def measure(name: str, method: str, setting: float, phases: int) -> dict[str, An
         "clearance_mm": max(run.clearance_mm for run in runs),
         "missed_mm": scene.deepest_mm if missed else 0.0,
         "missed_s": duration if missed else 0.0,
-        "not_as_foretold": sum(not run.as_foretold for run in runs),
+        "unexpected": sum(not run.expected for run in runs),
         "wall_s": float(np.median([run.wall_s for run in runs])),
         "poses": poses,
         "box_tests": boxes,
@@ -162,7 +162,7 @@ def _subject(name: str, start_ps: int) -> Subject:
     return Subject(delayed(_scene(name), start_ps))
 
 
-def _runs(name: str, method: str, setting: float, phases: int) -> Iterator[Run]:
+def _runs(name: str, method: str, setting: float, phases: int) -> Iterator[StudyRun]:
     """Yield one run per start; the first is done twice, to warm up."""
     knob, run = METHODS[method]
     period_ps = round(setting * PS_PER_MS) if knob == PERIOD else DEFAULT_PERIOD_PS
@@ -175,7 +175,7 @@ def _runs(name: str, method: str, setting: float, phases: int) -> Iterator[Run]:
         yield _one(subject, run, value, knob)
 
 
-def _one(subject: Subject, method: Method, value: float, knob: str) -> Run:
+def _one(subject: Subject, method: Method, value: float, knob: str) -> StudyRun:
     begin = time.perf_counter()
     found = method(subject, value)
     wall_s = time.perf_counter() - begin
@@ -185,25 +185,25 @@ def _one(subject: Subject, method: Method, value: float, knob: str) -> Run:
     early = found_s is not None and (error is None or error < 0.0)
     distance = scene.clearance_at(_moment(subject, found)) if early else 0.0
     allowed = 0.0 if knob == PERIOD else value
-    return Run(
+    return StudyRun(
         found_s,
         error,
         missed=found_s is None and true_s is not None,
         false=distance > allowed + ALARM_SLACK_MM and (true_s is None or knob == PERIOD),
         clearance_mm=distance,
-        as_foretold=knob != PERIOD or _is_foretold(subject, found, value),
+        expected=knob != PERIOD or _is_expected(subject, found, value),
         wall_s=wall_s,
         counts=tuple(found.counts.tolist()),
     )
 
 
 def _moment(subject: Subject, found: Found) -> int:
-    """Instant of a contact; the last sample may lie behind the end of the path."""
+    """Instant of a contact; the last sample may lie after the end of the path."""
     assert found.time_ps is not None
     return min(found.time_ps, subject.scene.path.duration_ps)
 
 
-def _is_foretold(subject: Subject, found: Found, period_ps: float) -> bool:
+def _is_expected(subject: Subject, found: Found, period_ps: float) -> bool:
     """The first sample after the true contact is the one found, if it lies within the contact."""
     scene = subject.scene
     if scene.contact_s is None:
@@ -212,6 +212,6 @@ def _is_foretold(subject: Subject, found: Found, period_ps: float) -> bool:
     if scene.contact_s and abs(exact - round(exact)) < FRACTION_MARGIN:
         return True
     sample = ceil(exact) * period_ps
-    # The end of a path counts for the sample behind it.
+    # The end of a path counts for the sample after it.
     seen = min(sample, scene.path.duration_ps) / PS_PER_S <= scene.leaves_s
     return found.time_ps == (sample if seen else None)

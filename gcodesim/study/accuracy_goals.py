@@ -12,7 +12,7 @@ from gcodesim.study.representation import CYCLE_S, POSE_MM
 Row = dict[str, Any]
 
 CERTIFIED = ("paper", "exhaustive", "search")
-"""Methods at samples whose answer must be the one foretold."""
+"""Methods at samples whose answer must be the expected one."""
 
 SPEED_SCENE, SPEED_ERROR_S, TIMES_FASTER = "S5", 1e-5, 1000
 """Wall time is compared where the error is at most this [s]."""
@@ -41,7 +41,7 @@ MOVED_PER_TICK_MM = {"S12": 6e-6}
 def goals(rows: list[Row], shown: list[Row]) -> list[Row]:
     """All goals that the rows can answer."""
     found = [
-        *_foretold(rows),
+        *_expected_samples(rows),
         *_same_samples(rows),
         *_between(rows, "search between"),
         *_between(rows, "directed bound"),
@@ -70,11 +70,11 @@ def _total(values: Iterable[float]) -> float | None:
     return sum(each) if each else None
 
 
-def _foretold(rows: list[Row]) -> list[Row]:
+def _expected_samples(rows: list[Row]) -> list[Row]:
     """G7: the sample of the closed form, or a miss where no sample lies within the contact."""
     found = [row for row in rows if row["method"] in CERTIFIED]
-    what = "runs at samples (" + ", ".join(CERTIFIED) + ") whose sample is not the one foretold"
-    return [_goal("G7", what, _total(row["not_as_foretold"] for row in found), "<=", 0)]
+    what = "runs at samples (" + ", ".join(CERTIFIED) + ") whose sample is not the expected one"
+    return [_goal("G7", what, _total(row["unexpected"] for row in found), "<=", 0)]
 
 
 def _same_samples(rows: list[Row]) -> list[Row]:

@@ -30,7 +30,7 @@ from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import RUNS, Timing, time_runs
 from gcodesim.study.job import (
     WINDOW_PS,
-    Job,
+    StudyJob,
     clearances_at,
     exhaustive_job,
     longest_job,
@@ -117,7 +117,7 @@ def _stages_before(options: BenchOptions, text: str) -> dict[str, Any]:
     }
 
 
-def _stages_after(job: Job, device: str, text: str, name: str) -> dict[str, Any]:
+def _stages_after(job: StudyJob, device: str, text: str, name: str) -> dict[str, Any]:
     """Stages from the path to the verdict, for the program as it is."""
     scene_timing, scene = time_runs(lambda: job.scene(device))
     forest, _ = time_runs(lambda: job.forest(scene))
@@ -136,7 +136,7 @@ def _stages_after(job: Job, device: str, text: str, name: str) -> dict[str, Any]
     }
 
 
-def _program(options: BenchOptions, job: Job, blocks: int) -> dict[str, Any]:
+def _program(options: BenchOptions, job: StudyJob, blocks: int) -> dict[str, Any]:
     searcher = job.searcher(job.scene("cpu"), threads=1)
     times = np.linspace(0, job.path.duration_ps, CLEARANCE_INSTANTS + 1)[1:].astype(np.int64)
     distances = clearances_at(searcher, times)
@@ -155,7 +155,7 @@ def _program(options: BenchOptions, job: Job, blocks: int) -> dict[str, Any]:
     }
 
 
-def _search(job: Job, device: str, least_seconds: float) -> dict[str, Any]:
+def _search(job: StudyJob, device: str, least_seconds: float) -> dict[str, Any]:
     """The search of the long job, with one thread and with two."""
     long_job = repeated(job, least_seconds)
     scene = long_job.scene(device)
@@ -176,7 +176,7 @@ def _search(job: Job, device: str, least_seconds: float) -> dict[str, Any]:
     }
 
 
-def speed(timing: Timing, searched_ps: int, job: Job) -> dict[str, float]:
+def speed(timing: Timing, searched_ps: int, job: StudyJob) -> dict[str, float]:
     """Microseconds per sample, and how many times faster than the machine moves."""
     samples = max(1, searched_ps // job.period_ps)
     return {
@@ -186,7 +186,7 @@ def speed(timing: Timing, searched_ps: int, job: Job) -> dict[str, float]:
     }
 
 
-def _windows(job: Job, device: str) -> dict[str, Any]:
+def _windows(job: StudyJob, device: str) -> dict[str, Any]:
     """Cost of single windows of 1 ms of machine time on one thread: the real-time question."""
     searcher = job.searcher(job.scene(device), threads=1)
     last = max(0, job.path.duration_ps // WINDOW_PS - 1)
@@ -202,7 +202,7 @@ def _windows(job: Job, device: str) -> dict[str, Any]:
     }
 
 
-def _exhaustive(job: Job, device: str) -> dict[str, Any]:
+def _exhaustive(job: StudyJob, device: str) -> dict[str, Any]:
     """The exhaustive method against the search, at samples far enough apart to take seconds.
 
     The answers are compared at that period; the speed of the search is that at the true one.
@@ -229,7 +229,7 @@ def _exhaustive(job: Job, device: str) -> dict[str, Any]:
     }
 
 
-def _paper(job: Job, device: str, samples: int) -> list[dict[str, Any]]:
+def _paper(job: StudyJob, device: str, samples: int) -> list[dict[str, Any]]:
     devices = ["cpu"] if device == "cpu" else ["cpu", device]
     return [paper_table(job, each, samples) for each in devices]
 

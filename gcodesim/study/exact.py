@@ -23,17 +23,12 @@ ZERO: Vector = (0, 0, 0)
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
-def triangles_intersect_exact(a: ArrayLike, b: ArrayLike) -> bool:
-    """Tell whether two closed triangles, (3, 3) each, share a point.
+def label(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
+    """Tell for n pairs of triangles, (n, 3, 3) each, which of them share a point; (n,).
 
     Raises:
         ValueError: a coordinate is NaN (OverflowError where it is infinite).
     """
-    return _corners_meet(_as_lists(a), _as_lists(b))
-
-
-def label(a: ArrayLike, b: ArrayLike) -> NDArray[np.bool_]:
-    """Tell for n pairs of triangles, (n, 3, 3) each, which of them share a point; (n,)."""
     pairs = zip(_as_lists(a), _as_lists(b), strict=True)
     return np.fromiter((_corners_meet(p, q) for p, q in pairs), dtype=np.bool_)
 

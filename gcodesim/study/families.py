@@ -1,4 +1,4 @@
-"""Thirteen families of triangle pairs, and a hard one, that break textbook intersection tests.
+"""Thirteen families of triangle pairs that break textbook intersection tests.
 
 Nearly all pairs are near contact by design: a vertex over a face or an edge over an edge at a gap
 of either sign, tiny against the size, moved far from the origin. The sign of the gap is no label;
@@ -16,9 +16,6 @@ Array = NDArray[np.float64]
 Pairs = tuple[Array, Array]
 Scalar = float | Array
 
-# Snapping grid of the second half of `hard`; |x| < 2^20 mm stays exact in float64.
-GRID_MM = 2.0**-33
-
 
 def generate(family: str, count: int, seed: int) -> Pairs:
     """Return `count` triangle pairs of a family as two (count, 3, 3) arrays.
@@ -32,17 +29,18 @@ def generate(family: str, count: int, seed: int) -> Pairs:
         a, b = generate("F02", count, seed)
         return a * 1e-3, b * 1e-3
     rng = np.random.default_rng([seed, list(_GENERATORS).index(family)])
-    return _shuffle(rng, *_GENERATORS[family](rng, count))
+    return shuffled(rng, *_GENERATORS[family](rng, count))
 
 
-def _logu(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
-    powers: Array = 10.0 ** rng.uniform(low, high, n)
-    return powers
+def powers(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
+    """Numbers whose decimal exponents are uniform between two, (n,)."""
+    return np.asarray(10.0 ** rng.uniform(low, high, n))
 
 
-def _sgap(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
+def signed(rng: np.random.Generator, n: int, low: float, high: float) -> Array:
+    """Such numbers of either sign: gaps, and how deep two triangles are in each other."""
     signs: Array = rng.choice([-1.0, 1.0], n)
-    return _logu(rng, n, low, high) * signs
+    return powers(rng, n, low, high) * signs
 
 
 def _polar(radius: Scalar, angle: Scalar, z: Scalar) -> Array:
@@ -73,7 +71,7 @@ def _vertex_face(
     return a, b
 
 
-def _edge_edge(
+def edges_near(
     rng: np.random.Generator,
     size_a: Array,
     size_b: Array,
@@ -113,12 +111,12 @@ def _mix(
 ) -> Pairs:
     """Return vertex-face and edge-edge contacts in turn."""
     a_vf, b_vf = _vertex_face(rng, size_a, size_b, gap, tilt_a)
-    a_ee, b_ee = _edge_edge(rng, size_a, size_b, gap, tilt_a, tilt_b)
+    a_ee, b_ee = edges_near(rng, size_a, size_b, gap, tilt_a, tilt_b)
     even = (np.arange(len(gap)) % 2 == 0)[:, None, None]
     return np.where(even, a_vf, a_ee), np.where(even, b_vf, b_ee)
 
 
-def _place(rng: np.random.Generator, pairs: Pairs, offset: Scalar) -> Pairs:
+def placed(rng: np.random.Generator, pairs: Pairs, offset: Scalar) -> Pairs:
     """Turn every pair at random, then move it by up to the offset along each axis."""
     n = len(pairs[0])
     w, x, y, z = (q := rng.normal(size=(4, n))) / np.linalg.norm(q, axis=0)
@@ -134,7 +132,7 @@ def _place(rng: np.random.Generator, pairs: Pairs, offset: Scalar) -> Pairs:
     return a, b
 
 
-def _shuffle(rng: np.random.Generator, a: Array, b: Array) -> Pairs:
+def shuffled(rng: np.random.Generator, a: Array, b: Array) -> Pairs:
     """Reorder the vertices of every triangle and swap half of the pairs."""
     n = len(a)
     a, b = (
@@ -155,9 +153,13 @@ def _near_contact(
     """Return the generator of a mix whose decimal exponents are uniform in the given ranges."""
 
     def generator(rng: np.random.Generator, n: int) -> Pairs:
-        size_a, size_b = _logu(rng, n, *sizes_a), _logu(rng, n, *(sizes_b or sizes_a))
-        gap, tilt_a, tilt_b = _sgap(rng, n, *gaps), _logu(rng, n, *tilts), _logu(rng, n, *tilts)
-        return _place(rng, _mix(rng, size_a, size_b, gap, tilt_a, tilt_b), offset)
+        size_a, size_b = powers(rng, n, *sizes_a), powers(rng, n, *(sizes_b or sizes_a))
+        gap, tilt_a, tilt_b = (
+            signed(rng, n, *gaps),
+            powers(rng, n, *tilts),
+            powers(rng, n, *tilts),
+        )
+        return placed(rng, _mix(rng, size_a, size_b, gap, tilt_a, tilt_b), offset)
 
     return generator
 
@@ -168,15 +170,19 @@ def _random(rng: np.random.Generator, n: int) -> Pairs:
 
 
 def _parallel_edges(rng: np.random.Generator, n: int) -> Pairs:
-    angle = _logu(rng, n, -9, -1)
+    angle = powers(rng, n, -9, -1)
     angle[: n // 5] = 0.0
-    size_a, size_b = _logu(rng, n, 0, 2), _logu(rng, n, 0, 2)
-    return _place(rng, _edge_edge(rng, size_a, size_b, _sgap(rng, n, -9, -1), angle=angle), 1000)
+    size_a, size_b = powers(rng, n, 0, 2), powers(rng, n, 0, 2)
+    return placed(rng, edges_near(rng, size_a, size_b, signed(rng, n, -9, -1), angle=angle), 1000)
 
 
 def _coplanar(rng: np.random.Generator, n: int) -> Pairs:
     """Return pairs in one plane normal to an axis: A's apex over (or in) an edge of B."""
-    size_a, size_b, gap = _logu(rng, n, -1, 2), _logu(rng, n, -1, 2), _sgap(rng, n, -9, 0)
+    size_a, size_b, gap = (
+        powers(rng, n, -1, 2),
+        powers(rng, n, -1, 2),
+        signed(rng, n, -9, 0),
+    )
     flat = np.zeros((2, n, 3, 2))
     flat[0, :, 0, 1] = gap
     flat[0, :, 1:, 0] = size_a[:, None] * rng.uniform(-1, 1, (n, 2))
@@ -199,24 +205,24 @@ def _coplanar(rng: np.random.Generator, n: int) -> Pairs:
 
 def _slivers(rng: np.random.Generator, n: int) -> Pairs:
     """Return pairs of equally thin slivers: third vertices pulled almost onto the first edge."""
-    size_a, size_b = _logu(rng, n, 0, 2.5), _logu(rng, n, 0, 2.5)
-    a, b = _mix(rng, size_a, size_b, _sgap(rng, n, -8, -1))
-    aspect = _logu(rng, n, 3, 8)[:, None]
+    size_a, size_b = powers(rng, n, 0, 2.5), powers(rng, n, 0, 2.5)
+    a, b = _mix(rng, size_a, size_b, signed(rng, n, -8, -1))
+    aspect = powers(rng, n, 3, 8)[:, None]
     for t in (a, b):
         foot = t[:, 0] + rng.uniform(0.2, 0.8, (n, 1)) * (t[:, 1] - t[:, 0])
         t[:, 2] = foot + (t[:, 2] - foot) / aspect
-    return _place(rng, (a, b), 1000)
+    return placed(rng, (a, b), 1000)
 
 
 def _degenerate(rng: np.random.Generator, n: int) -> Pairs:
     """Return segments and points: A segment, A point, B segment, both, A split at its middle."""
-    size_a, size_b = _logu(rng, n, 0, 2), _logu(rng, n, 0, 2)
-    a, b = _mix(rng, size_a, size_b, _sgap(rng, n, -8, -1))
+    size_a, size_b = powers(rng, n, 0, 2), powers(rng, n, 0, 2)
+    a, b = _mix(rng, size_a, size_b, signed(rng, n, -8, -1))
     kind = rng.integers(0, 5, n)
     for t, segment in ((a, np.isin(kind, (0, 3))), (b, np.isin(kind, (2, 3)))):
         t[segment, 2] = t[segment, 1]
     a[kind == 1] = a[kind == 1, :1]
-    a, b = _place(rng, (a, b), 1000)
+    a, b = placed(rng, (a, b), 1000)
     split = kind == 4
     for t in (a, b):
         t[split] = np.round(t[split] * 64) / 64
@@ -243,29 +249,13 @@ def _exact_touch(rng: np.random.Generator, n: int) -> Pairs:
 
 
 def _far_origin(rng: np.random.Generator, n: int) -> Pairs:
-    size_a, size_b = _logu(rng, n, -3, 1), _logu(rng, n, -3, 1)
-    return _place(rng, _mix(rng, size_a, size_b, _sgap(rng, n, -6, 0)), _logu(rng, n, 5, 7))
+    size_a, size_b = powers(rng, n, -3, 1), powers(rng, n, -3, 1)
+    return placed(rng, _mix(rng, size_a, size_b, signed(rng, n, -6, 0)), powers(rng, n, 5, 7))
 
 
 def _micro(rng: np.random.Generator, n: int) -> Pairs:
-    size = _logu(rng, n, -4, -2)
-    return _place(rng, _mix(rng, size, size, size * _sgap(rng, n, -3, 0)), 1.0)
-
-
-def _hard(rng: np.random.Generator, n: int) -> Pairs:
-    """Return nearly parallel edges, tilted in three ways, every other three pairs on the grid."""
-    variant, snapped = np.arange(n) % 3, np.arange(n) // 3 % 2 == 1
-    size_a, size_b = _logu(rng, n, 2, 3), _logu(rng, n, 2, 3)
-    angle = np.where(variant == 2, _logu(rng, n, -9, -7), _logu(rng, n, -10, -5))
-    tilt_a, tilt_b = (
-        np.choose(variant, [np.ones(n), _logu(rng, n, -8, -2), _logu(rng, n, -9, -6)])
-        for _ in range(2)
-    )
-    gap = _sgap(rng, n, -12, -5)
-    a, b = _place(rng, _edge_edge(rng, size_a, size_b, gap, tilt_a, tilt_b, angle), 1000)
-    for t in (a, b):
-        t[snapped] = np.round(t[snapped] / GRID_MM) * GRID_MM
-    return a, b
+    size = powers(rng, n, -4, -2)
+    return placed(rng, _mix(rng, size, size, size * signed(rng, n, -3, 0)), 1.0)
 
 
 _GENERATORS: dict[str, Callable[[np.random.Generator, int], Pairs]] = {
@@ -281,8 +271,6 @@ _GENERATORS: dict[str, Callable[[np.random.Generator, int], Pairs]] = {
     "F10": _micro,
     "F12": _near_contact((2.5, 3.7), (-6, 1), 3000),
     "F13": _near_contact((-3, -1), (-8, 0), 2000, sizes_b=(3, 4)),
-    "hard": _hard,
 }
 
 FAMILIES = tuple(f"F{i:02d}" for i in range(1, 14))
-HARD = "hard"

@@ -29,7 +29,7 @@ WINDOW_PS = PS_PER_S // 1000
 
 
 @dataclass(frozen=True)
-class Job:
+class StudyJob:
     """A path with one tool in the spindle, on one machine.
 
     Attributes:
@@ -82,7 +82,7 @@ class Job:
         return Searcher(scene, self.forest(scene), self.path, arrays, joints, settings)
 
 
-def longest_job(path: Path, machine: Machine, period_ps: int) -> Job:
+def longest_job(path: Path, machine: Machine, period_ps: int) -> StudyJob:
     """The longest stretch of a path with one tool.
 
     Raises:
@@ -92,7 +92,7 @@ def longest_job(path: Path, machine: Machine, period_ps: int) -> Job:
         raise UsageError("the program moves no axis: there is nothing to measure")
     span = max(tool_spans(path), key=lambda s: s.end_ps - s.start_ps)
     first, end = np.searchsorted(path.bounds_ps, [span.start_ps, span.end_ps])
-    return Job(machine, _cut(path, int(first), int(end)), span.tool, period_ps)
+    return StudyJob(machine, _cut(path, int(first), int(end)), span.tool, period_ps)
 
 
 def _cut(path: Path, first: int, end: int) -> Path:
@@ -114,7 +114,7 @@ def _taken(path: Path, pieces: NDArray[np.intp], ticks: NDArray[np.int64]) -> Pa
     )
 
 
-def repeated(job: Job, seconds: float) -> Job:
+def repeated(job: StudyJob, seconds: float) -> StudyJob:
     """The same motion again and again until it lasts `seconds` at least.
 
     Where the end is not the start, a rapid move back to it stands between the rounds.

@@ -21,7 +21,7 @@ from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.motion.samples import Instants, Span, window, windows
 from gcodesim.study.advancing import advance
-from gcodesim.study.job import Job, search_job
+from gcodesim.study.job import StudyJob, search_job
 from gcodesim.study.kernels.textbook import first_naive_contact
 from gcodesim.study.scenes import KnownScene
 
@@ -56,7 +56,7 @@ class Subject:
 
     def __init__(self, scene: KnownScene) -> None:
         self.scene = scene
-        job = Job(scene.machine, scene.path, None, DEFAULT_PERIOD_PS)
+        job = StudyJob(scene.machine, scene.path, None, DEFAULT_PERIOD_PS)
         self.searcher = job.searcher(job.scene("cpu"), threads=1, between=False)
         joints = travelled(scene.machine.joints, scene.path)
         self.prepared = prepare_paper(self.searcher.scene, joints)

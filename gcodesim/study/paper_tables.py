@@ -21,7 +21,7 @@ from gcodesim.machine.model import Joint
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.samples import Instants
 from gcodesim.study.clock import time_runs
-from gcodesim.study.job import Job
+from gcodesim.study.job import StudyJob
 
 Figures = tuple[float, float, float]
 """Average, minimum and maximum [us]."""
@@ -53,7 +53,7 @@ GPU_US: dict[str, Figures] = {
 FIGURES = ("average", "minimum", "maximum")
 
 
-def paper_table(job: Job, device: str, sample_count: int) -> dict[str, Any]:
+def paper_table(job: StudyJob, device: str, sample_count: int) -> dict[str, Any]:
     """The table of one device: the paper's method at samples spread over the job.
 
     Each sample of each pair is looked at on its own, launches and the way back of the flag
@@ -84,7 +84,7 @@ def paper_table(job: Job, device: str, sample_count: int) -> dict[str, Any]:
     }
 
 
-def _spread(job: Job, count: int) -> list[Instants]:
+def _spread(job: StudyJob, count: int) -> list[Instants]:
     """Single samples spread evenly over a job."""
     samples = np.unique(np.linspace(0, job.samples - 2, count).astype(np.int64))
     times = samples * job.period_ps
@@ -92,7 +92,7 @@ def _spread(job: Job, count: int) -> list[Instants]:
     return [Instants(times[i : i + 1], pieces[i : i + 1], samples[i : i + 1]) for i in range(count)]
 
 
-def _with_finite_travel(job: Job) -> tuple[Joint, ...]:
+def _with_finite_travel(job: StudyJob) -> tuple[Joint, ...]:
     """The joints; those without a limit have the travel of the path."""
     joints = []
     for column, joint in enumerate(job.machine.joints):

@@ -444,4 +444,4 @@ SCENES: dict[str, Callable[[], KnownScene]] = {
     "S10 lifted": partial(cube_on_slab, 2.0**-20),
     "S12": flip_within_a_sample,
 }
-"""All scenes; a number behind the name is the depth or the clearance [mm]."""
+"""All scenes; a number after the name is the depth or the clearance [mm]."""

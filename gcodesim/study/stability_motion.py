@@ -148,10 +148,12 @@ def feeds(quick: bool) -> Iterator[Case]:
     path, findings = path_of("G93 G1 X1. F0.000001")
     clock = 6 * 10**7 * PS_PER_S
     wraps = (clock + 2**63) % 2**64 - 2**63 != clock
-    told = any(f.code == "GC424" for f in findings) and bool((np.diff(path.bounds_ps) > 0).all())
+    reported = any(f.code == "GC424" for f in findings) and bool(
+        (np.diff(path.bounds_ps) > 0).all()
+    )
     yield Case(
         "feed", "G93 F1e-6, 6e7 s", "clocks that overflow unnoticed", "int64 picoseconds, unasked",
-        float(wraps), float(not told), 0.0, "clocks",
+        float(wraps), float(not reported), 0.0, "clocks",
     )  # fmt: skip
 
 

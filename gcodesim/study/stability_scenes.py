@@ -24,7 +24,7 @@ Answer = tuple[int, str, bool] | None
 """Sample and pair of the first contact and whether it is between samples; None: free."""
 
 FAR_MM = 1e5
-"""Where a triangle hinders nobody."""
+"""Where a triangle is in no one's way."""
 
 HEAD_MM, LOW_MM = 200.0, -90.0
 """How high the shapes of the head begin, and to what height about they go [mm]."""

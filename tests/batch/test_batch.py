@@ -88,13 +88,13 @@ def test_rows_tell_what_decided_what_is_ignored_and_what_differs(folder: Path) -
     assert merged.stdout == done.stdout, done.stderr
     rows = [" ".join(line.split()) for line in done.stdout.splitlines()[1:-1]]
     nothing = "GC901 nothing was checked: no motion, or no pair of bodies"
-    told = "0.000 cutter-A 4.0 1 contact ignored (comment: dummy)"
+    cells = "0.000 cutter-A 4.0 1 contact ignored (comment: dummy)"
     assert rows[:2] == [
         f"INCONCLUSIVE empty.nc table_tilt 0.0 {nothing}",
         f"INCONCLUSIVE empty.nc #2 table_tilt --clearance 2 0.0 {nothing}",
     ]
-    assert rows[2] == f"PASS waived.nc table_tilt {told}"
-    assert rows[3].startswith(f"PASS waived.nc #2 table_tilt --clearance 2 {told}")
+    assert rows[2] == f"PASS waived.nc table_tilt {cells}"
+    assert rows[3].startswith(f"PASS waived.nc #2 table_tilt --clearance 2 {cells}")
     for page in (Path("o.html").read_text(), Path("m.html").read_text()):
         assert page.count("1 contact ignored (comment: dummy)") == 2
         assert "with <code>--stop all</code>" in page
@@ -107,13 +107,15 @@ def test_no_file_of_a_folder_is_passed_over_in_silence(folder: Path) -> None:
     (folder / "sub/O1234").write_text(PASSES)
     (folder / "notes.txt").write_text("")
     (folder / "lost.nc").symlink_to("nowhere")
-    said = "gcodesim: skipped: 2 files that are no programs by ending (1 .txt, 1 without ending)\n"
+    message = (
+        "gcodesim: skipped: 2 files that are no programs by ending (1 .txt, 1 without ending)\n"
+    )
     done = batch(".", "--jobs", "1")
-    assert (done.exit_code, done.stderr) == (2, said)
+    assert (done.exit_code, done.stderr) == (2, message)
     assert done.stdout.splitlines()[1].split()[:2] == ["ERROR", "lost.nc"]
     assert batch("sub/O*", "pass.nc", "--jobs", "1").stderr == ""
-    told = set(re.findall(r"\.[a-z]+", CliRunner().invoke(main, ["batch", "--help"]).stdout))
-    assert told >= SUFFIXES
+    endings = set(re.findall(r"\.[a-z]+", CliRunner().invoke(main, ["batch", "--help"]).stdout))
+    assert endings >= SUFFIXES
     (folder / "gcodesim.toml").write_text("jobs = [{programs = ['.'], machine = 'table_tilt'}]")
     done = CliRunner().invoke(main, ["batch", "--device", "cpu", "--jobs", "1"])
     assert (done.exit_code, "(1 .toml, 1 .txt, 1 without ending)" in done.stderr) == (2, True)
@@ -230,7 +232,7 @@ def test_a_job_without_a_record_is_inconclusive() -> None:
 
 
 @pytest.mark.parametrize(
-    ("args", "said"),
+    ("args", "message"),
     [
         (["--resume"], "--resume needs --out FILE"),
         (["--jobs", "2", "--scheduler", "tcp://host:1"], "a scheduler has its own"),
@@ -241,9 +243,9 @@ def test_a_job_without_a_record_is_inconclusive() -> None:
     ],
 )
 @pytest.mark.usefixtures("folder")
-def test_what_is_wrong_with_an_option_is_said(args: list[str], said: str) -> None:
+def test_what_is_wrong_with_an_option_is_said(args: list[str], message: str) -> None:
     done = batch("pass.nc", *args)
-    assert (done.exit_code, said in done.stderr) == (2, True), done.stderr
+    assert (done.exit_code, message in done.stderr) == (2, True), done.stderr
 
 
 @pytest.mark.usefixtures("folder")

@@ -56,14 +56,14 @@ def test_the_jobs_of_the_settings_are_carried_out_as_check_does() -> None:
     done = run("batch", "--report", "json=b.json", "--jobs", "2", "--no-min-clearance")
     alone = run("check", "--report", "json=c.json")
     assert (done.exit_code, alone.exit_code) == (1, 1), done.stderr
-    told = [json.loads(Path(name).read_text()) for name in ("b.json", "c.json")]
-    for reports in told:
+    lists = [json.loads(Path(name).read_text()) for name in ("b.json", "c.json")]
+    for reports in lists:
         reports.sort(key=lambda report: (report["program"], report["machine"]))
         for report in reports:
             report["timing_s"] = {}
-    assert told[0] == told[1]
+    assert lists[0] == lists[1]
     assert len(Path("made/results.jsonl").read_text().splitlines()) == 1 + 4
-    assert [(r["program"], r["machine"], r["verdict"]) for r in told[0]] == [
+    assert [(r["program"], r["machine"], r["verdict"]) for r in lists[0]] == [
         ("parts/part.nc", "table_tilt", "pass"),
         ("parts/tilt_into_holder.nc", "nutating_head", "inconclusive"),
         ("parts/tilt_into_holder.nc", "table_tilt", "fail"),
@@ -122,7 +122,7 @@ def test_merge_destroys_nothing() -> None:
     program = Path("parts/part.nc").read_text()
     Path("p.html").symlink_to("parts/part.nc")
     Path("notes.txt").write_text("notes")
-    for args, said in (
+    for args, message in (
         (["--html", "p.html"], "p.html is a program that was checked"),
         (["--out", "parts/part.nc"], "parts/part.nc is a program that was checked"),
         (["--out", "./r.jsonl"], "./r.jsonl is a part that is joined"),
@@ -132,7 +132,7 @@ def test_merge_destroys_nothing() -> None:
         (["s.jsonl"], "r.jsonl is one of 1, s.jsonl one of 3"),
     ):
         over = run("merge", "r.jsonl", *args)
-        assert (over.exit_code, said in over.stderr) == (2, True), over.stderr
+        assert (over.exit_code, message in over.stderr) == (2, True), over.stderr
     assert Path("parts/part.nc").read_text() == program
     assert Path("notes.txt").read_text() == "notes"
     assert run("merge", "r.jsonl", "--out", "all.jsonl").exit_code == 0

@@ -10,6 +10,7 @@ import pytest
 from gcodesim.batch.jobs import Job, prepare, shard_of
 from gcodesim.batch.programs import find_programs
 from gcodesim.checking.options import Options
+from gcodesim.checking.request import CheckRequest
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of
 
@@ -54,7 +55,8 @@ def test_every_file_of_a_machine_is_named() -> None:
     assert names == ["m.yaml", "s.yaml", "t.yaml", "x.stl", "p.stl", "f.stl"]
 
 
-JOB = Job("a.nc", "m.yaml", "s.yaml", folder="")
+ASKED = CheckRequest(setup="s.yaml")
+JOB = Job(program="a.nc", machine="m.yaml", asked=ASKED, folder="")
 
 
 def key(job: Job = JOB) -> str:
@@ -74,9 +76,9 @@ def test_whatever_the_answer_depends_on_changes_the_key(folder: Path, file: str)
 @pytest.mark.usefixtures("folder")
 def test_options_and_version_change_the_key_and_the_folder_does_not() -> None:
     others = [
-        replace(JOB, options=Options(clearance=1.0)),
+        JOB.with_options(clearance=1.0),
         replace(JOB, version="0.0.0"),
-        replace(JOB, rapids="dogleg"),
+        replace(JOB, asked=replace(ASKED, rapids="dogleg")),
     ]
     assert len({key(), *map(key, others)}) == 4
     assert key(replace(JOB, folder="/elsewhere")) == key()
@@ -93,7 +95,7 @@ def test_longest_first_and_every_shard_gets_its_share(folder: Path) -> None:
     for size in range(10):
         names.append(f"{size}.nc")
         (folder / names[-1]).write_text(size * "\n")
-    jobs = prepare(Job(name, "m.yaml") for name in names)
+    jobs = prepare(Job(program=name, machine="m.yaml") for name in names)
     assert [job.program for job in jobs] == names[::-1]
     shards = [shard_of(jobs, index, 3) for index in (1, 2, 3)]
     assert sorted(job.program for shard in shards for job in shard) == names
@@ -101,6 +103,32 @@ def test_longest_first_and_every_shard_gets_its_share(folder: Path) -> None:
 
 
 def test_a_job_survives_its_line_of_json() -> None:
-    job = replace(JOB, options=Options(feed=100.0, minimum=True), size=3, key="k", model="m")
+    asked = replace(ASKED, select=("GC2",), ignore=("GC102=dummy", "GC430"))
+    job = replace(JOB, asked=asked, size=3, key="k", model="m")
+    job = job.with_options(feed=100.0, minimum=True)
     assert "\n" not in job.as_json()
     assert Job.from_json(job.as_json()) == job
+
+
+def test_the_label_names_every_option_that_a_batch_has_not_by_itself() -> None:
+    usual = Options(nearest=True)
+    assert replace(JOB, asked=replace(ASKED, options=usual)).label["options"] == []
+    asked = CheckRequest(
+        setup="s.yaml",
+        tools="t.yaml",
+        allow_outside=True,
+        options=Options(period_ps=10**9, clearance=2.5, stop_all=True, device="cpu", threads=3),
+        fail_on="note",
+        ignore=("GC102=dummy", "GC430"),
+    )
+    assert replace(JOB, asked=asked).label["options"] == [
+        "--tools t.yaml",
+        "--allow-outside",
+        "--fail-on note",
+        "--ignore GC102=dummy",
+        "--ignore GC430",
+        "--sample-period 1ms",
+        "--clearance 2.5",
+        "--stop all",
+        "--no-min-clearance",
+    ]

@@ -34,7 +34,7 @@ from gcodesim.motion.planner import plan
 from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
-from gcodesim.study.job import Job, longest_job, repeated, search_job
+from gcodesim.study.job import StudyJob, longest_job, repeated, search_job
 
 FINISH, MACHINE = SAMPLES / "five_axis_finish.nc", "table_tilt"
 WINDOWS = 64
@@ -91,7 +91,7 @@ def main() -> int:
     return 0
 
 
-def coal_pair(coal: Any, scene: Scene, job: Job, index: int) -> CoalPair:
+def coal_pair(coal: Any, scene: Scene, job: StudyJob, index: int) -> CoalPair:
     """A pair of the scene for coal."""
     links = scene.links[index]
     shapes = [shape.regions.triangles for shape in scene.shapes[index]]
@@ -111,7 +111,7 @@ def coal_body(coal: Any, triangles: Floats) -> Any:
     return body
 
 
-def travel_of(job: Job, links: tuple[str, str], triangles: Floats) -> Floats:
+def travel_of(job: StudyJob, links: tuple[str, str], triangles: Floats) -> Floats:
     """How far any point of body b moves in the frame of body a, summed up, at piece ends [mm]."""
     joints = travelled(job.machine.joints, job.path)
     chain = joints_between(joints, *links)
@@ -124,7 +124,7 @@ def travel_of(job: Job, links: tuple[str, str], triangles: Floats) -> Floats:
     return np.concatenate([[0.0], np.cumsum(total)])
 
 
-def advance(coal: Any, pairs: list[CoalPair], job: Job) -> tuple[int | None, int]:
+def advance(coal: Any, pairs: list[CoalPair], job: StudyJob) -> tuple[int | None, int]:
     """First sample in contact, None when all is free, and the number of distances."""
     request, bounds = coal.DistanceRequest(False), job.path.bounds_ps.astype(float)
     ends = np.linspace(0, job.samples, WINDOWS + 1).astype(np.int64)
@@ -169,7 +169,7 @@ def skipped(travel: Floats, bounds: Floats, reach: Floats) -> NDArray[np.int64]:
     return np.where(beyond, np.iinfo(np.int64).max // 2, time_ps).astype(np.int64)
 
 
-def posed(job: Job, times: NDArray[np.int64]) -> dict[str, Floats]:
+def posed(job: StudyJob, times: NDArray[np.int64]) -> dict[str, Floats]:
     """Pose of every link at some times, shape (m, 4, 4) each."""
     return world_from_link(job.machine, job.path.positions(times))
 

@@ -13,7 +13,7 @@ from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.policy import Policy
 from gcodesim.report import github
 from gcodesim.report.formats import RENDER
-from gcodesim.report.outcome import Run
+from gcodesim.report.outcome import RunOutcome
 
 COUNT = 10_000
 GOAL_S = 2.0
@@ -50,7 +50,7 @@ def timed(name: str, begin: float, size: int) -> None:
 
 def main() -> None:
     """Write every format into a temporary folder."""
-    run = Run((made(),))
+    run = RunOutcome((made(),))
     with tempfile.TemporaryDirectory() as folder:
         for name, render in (RENDER | {"step summary": github.summary}).items():
             begin = time.perf_counter()

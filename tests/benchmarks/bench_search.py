@@ -30,7 +30,7 @@ from gcodesim.nc.lines import read_program
 from gcodesim.study.clock import time_runs
 from gcodesim.study.job import (
     WINDOW_PS,
-    Job,
+    StudyJob,
     longest_job,
     repeated,
     search_job,
@@ -62,19 +62,19 @@ def main() -> int:
     return 0
 
 
-def sample_job(machine: Machine | None = None) -> Job:
+def sample_job(machine: Machine | None = None) -> StudyJob:
     """The five-axis sample on its machine, or on a changed one."""
     machine = machine or load_machine(MACHINE)
     return text_job(read_program(str(FINISH)), machine)
 
 
-def text_job(text: str, machine: Machine) -> Job:
+def text_job(text: str, machine: Machine) -> StudyJob:
     """A program on a machine."""
     program = interpret(text, control_for(machine, None, None, False), "program").program
     return longest_job(plan(program, machine)[0], machine, DEFAULT_PERIOD_PS)
 
 
-def seconds_of(job: Job, threads: int = 1) -> float:
+def seconds_of(job: StudyJob, threads: int = 1) -> float:
     """Median time of the search of a job, trees not included [s]."""
     searcher = job.searcher(job.scene("cpu"), threads)
     return time_runs(lambda: search_job(searcher))[0].median

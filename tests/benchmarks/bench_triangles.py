@@ -17,10 +17,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from hard_pairs import EVERY_FAMILY, generate
 from numpy.typing import NDArray
 
 from gcodesim.study.exact import label, squared_clearance
-from gcodesim.study.families import FAMILIES, HARD, Array, generate
+from gcodesim.study.families import Array
 
 SEED = 1
 WORKERS = 2
@@ -48,7 +49,7 @@ def main() -> int:
     rows = []
     # Spawned, not forked: a forked child of a process with Warp's threads may hang.
     with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
-        for family in (*FAMILIES, HARD):
+        for family in EVERY_FAMILY:
             a, b = generate(family, options.count, SEED)
             row: dict[str, Any] = {"family": family}
             row |= _compare(a, b, _truth(pool, family, a, b), test)

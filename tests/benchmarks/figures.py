@@ -78,7 +78,7 @@ def measure_accuracy(quick: bool, progress: Callable[[float], None]) -> Report:
 def accuracy_table(report: Report) -> list[str]:
     """Every method with the settings of a check: errors, misses, and the cost on S5."""
     lines = [
-        "| method | largest error | missed | other than foretold | ms on S5 | poses on S5 |",
+        "| method | largest error | missed | not the expected sample | ms on S5 | poses on S5 |",
         "|---|---|---|---|---|---|",
     ]
     for method in dict.fromkeys(row["method"] for row in report["rows"]):
@@ -90,9 +90,7 @@ def accuracy_table(report: Report) -> list[str]:
         (cost,) = (row for row in rows if row["scene"] == "S5")
         largest = max(row["error_max"] for row in rows if row["error_max"] is not None)
         runs = sum(row["runs"] for row in rows)
-        counts = [
-            f"{sum(row[key] for row in rows)} of {runs}" for key in ("missed", "not_as_foretold")
-        ]
+        counts = [f"{sum(row[key] for row in rows)} of {runs}" for key in ("missed", "unexpected")]
         setting = f"{cost['setting']:g} {cost['knob'].partition('[')[2].rstrip(']')}"
         lines.append(
             f"| {method}, {setting} | {largest:.1e} s | {counts[0]} | {counts[1]} | "

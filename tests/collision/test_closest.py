@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 import pytest
 import warp as wp
+from benchmarks.hard_pairs import EVERY_FAMILY, HARD, generate
 from collision.scenes import random_mesh, unit
 
 from gcodesim.collision.bodies.scene import build_scene
@@ -23,7 +24,6 @@ from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import Pose
 from gcodesim.machine.kinematics import rotation
 from gcodesim.study.exact import squared_clearance
-from gcodesim.study.families import FAMILIES, HARD, generate
 from gcodesim.study.scenes import Array, box, joint, machine, path
 
 wp.set_module_options(BIT_EQUAL)
@@ -78,7 +78,7 @@ def between(a: Array, b: Array, device: str) -> Array:
     return np.asarray(vectors.numpy())
 
 
-@pytest.mark.parametrize("family", [*FAMILIES, HARD])
+@pytest.mark.parametrize("family", EVERY_FAMILY)
 def test_distances_of_triangles_apart(family: str, device: str) -> None:
     a, b = generate(family, 250, seed=5)
     found = np.linalg.norm(between(a, b, device), axis=1)

@@ -7,13 +7,14 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from benchmarks.hard_pairs import EVERY_FAMILY, HARD, generate
 from collision.counterexamples import COUNTEREXAMPLES
 
 import gcodesim
 from gcodesim import triangles_intersect
 from gcodesim.collision.bodies.regions import snapped
 from gcodesim.study.exact import label, squared_clearance
-from gcodesim.study.families import FAMILIES, HARD, Array, generate
+from gcodesim.study.families import Array
 
 FALSE_ALARM_MM = Fraction(1, 10**9)
 UNIT_MM = {"F11": 1000}  # F11 is in metres
@@ -33,7 +34,7 @@ def count_false_alarms(found: Array, a: Array, b: Array, unit: int) -> int:
     return len(alarms)
 
 
-@pytest.mark.parametrize("family", [*FAMILIES, HARD])
+@pytest.mark.parametrize("family", EVERY_FAMILY)
 def test_no_miss_and_no_alarm_beyond_1e_9_mm(family: str, device: str) -> None:
     a, b = generate(family, 2000, seed=11)
     found = triangles_intersect(a, b, device)

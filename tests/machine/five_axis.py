@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, ToolMount
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 
@@ -54,6 +55,20 @@ def solved(m: Machine) -> ToolCentre:
     return centre
 
 
+def rotary_solutions(centre: ToolCentre, direction: ArrayLike) -> list[Array]:
+    """A B C [deg] within +-180 that point the tool along (3,): two, one or none."""
+    axes = centre.rotary
+    assert axes is not None
+    wanted = centre.frame @ np.asarray(direction, np.float64)
+    both, apart = axes.solutions(wanted[None, :] / np.linalg.norm(wanted))
+    found = []
+    for solution in both[0] if apart[0] > 0.0 else both[0, :1]:
+        if np.isfinite(solution).all():
+            found.append(np.zeros(3))
+            found[-1][["ABC".index(joint.name) for joint in axes.joints]] = solution
+    return found
+
+
 HEAD_SLIDES = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}
 TABLE_SLIDES = {"X": (-1, 0, 0), "Y": (0, -1, 0), "Z": (0, 0, 1)}
 POINTS = {"A": (3, -6, 7), "B": (17, 2, 41), "C": (5, -7, 11)}
@@ -91,3 +106,17 @@ def random_machine(rng: np.random.Generator) -> Machine:
         centre = tool_centre(m)
         if centre and not centre.refusal and abs(np.linalg.det(centre.frame)) > 0.1:
             return m
+
+
+def tip_position(machine: Machine, q: ArrayLike, tool_length: float) -> Array:
+    """Tool tip in world coordinates, (..., 3) [mm].
+
+    Args:
+        machine: a machine with a tool mount.
+        q: joint positions in joint order, shape (..., nj) [mm or deg].
+        tool_length: gauge point to tip [mm].
+    """
+    assert machine.tool is not None
+    tip = machine.tool.gauge_point - tool_length * machine.tool.axis
+    pose = world_from_link(machine, q)[machine.tool.link]
+    return np.asarray(pose[..., :3, :3] @ tip + pose[..., :3, 3])

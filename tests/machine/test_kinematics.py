@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from machine.five_axis import tip_position
 
 from gcodesim.machine.kinematics import (
     rotation,
     rotation_from_z,
     sincosd,
-    tip_position,
     transform,
     world_from_link,
 )

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from machine.five_axis import tip_position
 
 from gcodesim.cli import main
 from gcodesim.errors import ModelError, UsageError
 from gcodesim.machine.formats.linuxcnc_ini import import_ini
-from gcodesim.machine.kinematics import tip_position, world_from_link
+from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
 

@@ -11,7 +11,8 @@ from report import browser
 from rich.cells import cell_len
 from rich.console import Console
 
-from gcodesim.report.overview import Row, print_overview
+from gcodesim.report.overview import ProgramRow as Row
+from gcodesim.report.overview import print_overview
 from gcodesim.report.overview_page import overview_page
 
 LONG = "GC402 B is no axis here: the machine file has no such axis; add it or ignore_words of it"

@@ -21,8 +21,8 @@ from gcodesim.policy.rules import parse_rule
 from gcodesim.report import github
 from gcodesim.report.formats import RENDER
 from gcodesim.report.json_report import report_dict
-from gcodesim.report.outcome import Failure, Run
-from gcodesim.report.reading import result_of, run_of
+from gcodesim.report.outcome import Failure, RunOutcome
+from gcodesim.report.reading import outcome_of, result_of
 
 
 @cache
@@ -51,7 +51,7 @@ def as_read(result: CheckResult) -> CheckResult:
 
 
 def assert_same(result: CheckResult) -> None:
-    there, back = Run((result,)), Run((as_read(result),))
+    there, back = RunOutcome((result,)), RunOutcome((as_read(result),))
     for name, render in RENDER.items():
         assert render(back) == render(there), name
     assert github.summary(back) == github.summary(there)
@@ -89,7 +89,7 @@ def test_a_run_has_all_that_was_to_be_done_in_the_order_of_the_names() -> None:
         label("a.nc") | {"report": report_dict(replace(PASSED, program="a.nc"))},
         label("gone.nc") | {"error": "gone.nc: cannot be read"},
     ]
-    run = run_of(records, [label("c.nc")], ["2/3"])
+    run = outcome_of(records, [label("c.nc")], ["2/3"])
     assert [result.program for result in run.results] == ["a.nc", "b.nc"]
     assert run.failures == (
         Failure("gone.nc", "gone.nc: cannot be read"),
@@ -102,4 +102,4 @@ def test_a_record_of_another_version_is_named() -> None:
     report = report_dict(PASSED)
     del report["blocks"]
     with pytest.raises(UsageError, match=r"a\.nc: its record is not of this version"):
-        run_of([label("a.nc") | {"report": report}])
+        outcome_of([label("a.nc") | {"report": report}])

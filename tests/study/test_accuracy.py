@@ -52,7 +52,7 @@ def rows(report: dict[str, Any], **wanted: object) -> list[dict[str, Any]]:
 def test_every_sampled_method_errs_by_less_than_a_period(method: str, name: str) -> None:
     row = measure(name, method, 1.0, 3)
     assert 0.0 < row["error_median"] <= row["error_max"] < 1e-3
-    assert (row["missed"], row["false"], row["not_as_foretold"]) == (0, 0, 0)
+    assert (row["missed"], row["false"], row["unexpected"]) == (0, 0, 0)
     assert row["poses"] > 0
     assert row["triangle_tests"] > 0
 
@@ -89,7 +89,7 @@ def test_what_samples_miss_is_told_with_depth_and_duration(report: dict[str, Any
         assert verdict_of(row) == "MISS 2/2"
         assert row["missed_mm"] == pytest.approx(0.01, abs=1e-9)
         assert row["missed_s"] == pytest.approx(2e-5, abs=1e-12)
-        assert row["not_as_foretold"] == 0
+        assert row["unexpected"] == 0
     for method in ("search between", "directed bound"):
         assert {verdict_of(row) for row in rows(report, scene="S7", method=method)} == {"hit"}
     turning = measure("S12", "exhaustive", 1.0, 2)

@@ -25,7 +25,7 @@ export class Distances {
       made[key] = document.createElement(tag);
     }
     made.name.textContent = pair.join(" - ");
-    made.row.title = `nearest of all frames: ${told(this.at(frame, number))} at ${time?.toFixed(3)} s`;
+    made.row.title = `nearest of all frames: ${text(this.at(frame, number))} at ${time?.toFixed(3)} s`;
     made.row.append(made.name, made.value);
     return made;
   }
@@ -49,7 +49,7 @@ export class Distances {
   show(frame) {
     const smallest = Math.min(...this.rows.map((row) => this.at(frame, row.number)).filter((mm) => mm >= 0));
     for (const { row, number, value } of this.rows) {
-      value.textContent = told(this.at(frame, number));
+      value.textContent = text(this.at(frame, number));
       const distance = this.at(frame, number);
       row.classList.toggle("smallest", distance === smallest);
       row.classList.toggle("alarm", distance <= this.clearance[number] + EDGE_MM);
@@ -75,7 +75,7 @@ export class Distances {
 }
 
 /** A distance as people read it. */
-function told(distance) {
+function text(distance) {
   if (!(distance >= 0)) return "not known";
   return distance === 0 ? "touches" : `${distance.toFixed(3)} mm`;
 }

@@ -40,8 +40,8 @@ class Viewer {
     this.setTime(0);
     this.scene.lookAtAll();
     const first = this.report.first_contact;
-    const told = this.events.find((e) => first && e.time === first.time_s);
-    if (told) this.select(told);
+    const event = this.events.find((e) => first && e.time === first.time_s);
+    if (event) this.select(event);
     requestAnimationFrame((now) => this.tick(now));
   }
 
