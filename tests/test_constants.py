@@ -20,7 +20,6 @@ LOOKS = "how a picture or page looks"
 ELSEWHERE: dict[str, dict[str, str]] = {
     "batch/worker": {"PARENT_S": "how often a process looks around; decides no verdict"},
     "checking/flow": {"COMPILING_S": "when a user is told to wait"},
-    "checking/options": {"RULES": "what an option takes: its limits are none of the check"},
     "checking/replay": {"TOLERANCE": "of what is drawn; the check knows nothing of it"},
     "collision/baseline/paper": {"IN_PLANE": "part of the published method that is compared with"},
     "collision/bodies/reach": {"ARC_DEG": "fineness of a bound: larger is looser, never wrong"},
@@ -122,7 +121,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         + ["FEWER_AT_MS", "CLEARANCE_SLACK_MM", "MOVED_PER_TICK_MM"],
         GOAL,
     ),
-    "study/families": {"GRID_MM": SCENE, "_GENERATORS": SCENE},
+    "study/families": {"_GENERATORS": SCENE},
     "study/kernels/directed_bound": {"TINY": "keeps a division from 0", "ROUNDED_DOWN": ROUNDING},
     "study/kernels/textbook": {"COPLANAR": "part of the textbook method that is compared with"},
     "study/leave_out_study": {"KINDS": SCENE},
