@@ -16,9 +16,10 @@ from gcodesim.checking.verdict import EXIT_CODES
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding
+from gcodesim.nc.control.readings import ROWS
 
 UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
-DIALECT = click.Choice(["fanuc", "haas", "linuxcnc"])
+DIALECT = click.Choice([*ROWS])
 
 
 def language_options(command: Callable[..., Any]) -> Callable[..., Any]:

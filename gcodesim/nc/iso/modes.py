@@ -150,7 +150,7 @@ def _listed(state: State, block: Block, code: str, effect: str) -> None:
 def unknown_m(state: State, block: Block, number: int) -> None:
     """An M code nobody listed: the program runs on, the verdict is open."""
     code = f"M{number / 10:g}"
-    what = f"unknown code {code} (m_codes: {{{code[1:]}: none}})"
+    what = f"unknown code {code} (control: {{m_codes: {{{code[1:]}: none}}}})"
     if code not in (known.split()[0] for known in state.unsupported):
         state.unsupported.append(f"{code} line {block.line}")
     state.report(block.finding("unknown_m", what, code), code)
