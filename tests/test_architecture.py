@@ -9,12 +9,14 @@ from collections.abc import Iterator
 from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
+from typing import TypeGuard
 
 import pytest
 
 import gcodesim
 from gcodesim.findings.codes import CODES, FAIL, INCONCLUSIVE, NOTED
 from gcodesim.findings.meanings import MEANINGS
+from gcodesim.nc.control.readings import ROWS
 
 ROOT = Path(__file__).parents[1]
 FILES = sorted(path.relative_to(ROOT).as_posix() for path in ROOT.glob("gcodesim/**/*.py"))
@@ -319,3 +321,15 @@ def test_no_code_or_meaning_is_given_twice(file: str) -> None:
 
 def test_every_meaning_has_a_code_of_the_table() -> None:
     assert {code for code, _ in MEANINGS.values()} <= CODES.keys()
+
+
+@pytest.mark.parametrize("file", [file for file in FILES if file.startswith("gcodesim/nc/")])
+def test_code_asks_a_reading_and_never_the_name_of_a_dialect(file: str) -> None:
+    for node in ast.walk(tree(file)):
+        parts = [node.left, *node.comparators] if isinstance(node, ast.Compare) else []
+        names = {leaf.value for part in parts for leaf in ast.walk(part) if is_text(leaf)}
+        assert not names & ROWS.keys(), f"{file}:{node.lineno}"
+
+
+def is_text(node: ast.AST) -> TypeGuard[ast.Constant]:
+    return isinstance(node, ast.Constant) and isinstance(node.value, str)

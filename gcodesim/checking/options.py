@@ -19,8 +19,8 @@ from gcodesim.checking.option_kinds import (
 )
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.errors import UsageError
+from gcodesim.nc.control.readings import ROWS
 
-DIALECTS = ("fanuc", "haas", "linuxcnc")
 METHODS = ("search", "exhaustive", "paper")
 
 
@@ -106,7 +106,7 @@ class Options:
 
     dialect: str | None = option(
         None,
-        DialectName(DIALECTS),
+        DialectName(tuple(ROWS)),
         "How the control reads the program. Left out: as the machine file says.",
         name="dialect",
         language=True,

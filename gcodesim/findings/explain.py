@@ -27,14 +27,14 @@ ADVICE: dict[str, str] = {
     "GC401": "Correct the block as the finding says; every control would refuse it.",
     "GC402": "What follows was not checked: post without the code, or list it in the machine file "
     "when it moves nothing.",
-    "GC404": "Correct end point, centre or radius; rounded posts may need `arc:` tolerances.",
+    "GC404": "Correct end point, centre or radius; rounded posts may need `control: {arc: ...}`.",
     "GC405": "Program F before the first feed move, or start with --feed.",
     "GC406": "Correct the parameter or the expression; every control would stop here.",
     "GC407": "Correct the call, the loop or the block number; put subprograms beside the program.",
     "GC408": "Give the cycle its missing or wrong word.",
     "GC409": "Give the offset in the setup file, or the tool in the tools file.",
     "GC410": "Correct the value of the word.",
-    "GC420": "If the code moves no axis, list it in the machine file: `m_codes: {123: none}`.",
+    "GC420": "If the code moves no axis, list it: `control: {m_codes: {123: none}}`.",
     "GC421": "Give the tool a shape in the tools file; until then its pairs are not checked.",
     "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "
     "was checked.",

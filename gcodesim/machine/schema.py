@@ -14,6 +14,7 @@ from pydantic_core import PydanticCustomError
 
 from gcodesim.machine.control_keys import CONTROL_KEYS, ControlKeys
 from gcodesim.machine.sections import NotNegative, Number, Positive, Section
+from gcodesim.nc.control.readings import Dialect
 
 FileName = Annotated[str, Field(pattern=r"^[^\x00-\x1f]+$")]
 Natural = Annotated[int, Field(strict=True, ge=1)]
@@ -293,7 +294,7 @@ class MachineFile(Section):
     name: Name
     verified: bool = Field(default=False, description="someone has measured the real machine")
     units: Unit = Field(default="mm", description="of the mesh files")
-    dialect: Literal["fanuc", "haas", "linuxcnc"] = Field(
+    dialect: Dialect = Field(
         default="fanuc", description="row of values for what `control` leaves out"
     )
     control: ControlKeys = Field(

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Joint, Machine, ToolMount
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
+from gcodesim.nc.control.readings import ROWS
 
 Array = NDArray[np.float64]
 SKEW = (0.0, math.sqrt(0.5), math.sqrt(0.5))
@@ -44,7 +45,20 @@ def machine(
     mount = ToolMount("cutter", ends[1], np.array(GAUGE), np.array([0.0, 0.0, 1.0]))
     links = ("bed", *(j.child for j in joints))
     return Machine(
-        "test", "", True, links, tuple(joints), {}, (), mount, None, ends[0], {}, {}, {}, "fanuc"
+        "test",
+        "",
+        True,
+        links,
+        tuple(joints),
+        {},
+        (),
+        mount,
+        None,
+        ends[0],
+        {},
+        {},
+        {},
+        ROWS["fanuc"],
     )
 
 

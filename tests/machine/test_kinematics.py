@@ -14,6 +14,7 @@ from gcodesim.machine.kinematics import (
     world_from_link,
 )
 from gcodesim.machine.model import Joint, Machine, ToolMount
+from gcodesim.nc.control.readings import ROWS
 
 P, P2 = np.array([30.0, -10, 80]), (5, -7, 11)
 SKEW = (0, math.sqrt(0.5), math.sqrt(0.5))
@@ -26,7 +27,9 @@ def joint(name, parent, axis, point=(0, 0, 0)):
 
 def chain(*joints, tool=None):
     links = ("bed", *(j.name for j in joints))
-    return Machine("test", "", True, links, joints, {}, (), tool, None, None, {}, {}, {}, "fanuc")
+    return Machine(
+        "test", "", True, links, joints, {}, (), tool, None, None, {}, {}, {}, ROWS["fanuc"]
+    )
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,9 @@ from typing import Any, Literal
 
 from gcodesim.errors import UsageError
 
+Dialect = Literal["fanuc", "haas", "linuxcnc"]
+"""Names of the rows."""
+
 Effect = Literal["none", "clamp", "stop"]
 """What a code listed in a machine file does."""
 
@@ -50,7 +53,7 @@ class Readings:
         dialect: the row all of this comes from; tables of codes say which dialects have a code.
     """
 
-    dialect: str
+    dialect: Dialect
     program_unit: Literal["mm", "inch"] = _key("unit of lengths until G20 or G21", "mm")
     cycle_return: Literal["G98", "G99"] = _key("return level of cycles until G98 or G99", "G98")
     rapids: Literal["linear", "dogleg"] = _key(

@@ -158,7 +158,7 @@ def _listed(state: IsoState, code: str, effect: str) -> None:
 def unknown_m(state: IsoState, block: Block, number: int) -> None:
     """An M code that nothing lists: the program runs on, the verdict is open."""
     code = f"M{number / 10:g}"
-    what = f"unknown code {code} (m_codes: {{{code[1:]}: none}})"
+    what = f"unknown code {code} (control: {{m_codes: {{{code[1:]}: none}}}})"
     if code not in (known.split()[0] for known in state.unsupported):
         state.unsupported.append(f"{code} line {block.line}")
     state.report("unknown_m", what, code, subject=code)
