@@ -107,9 +107,8 @@ def test_no_file_of_a_folder_is_passed_over_in_silence(folder: Path) -> None:
     (folder / "sub/O1234").write_text(PASSES)
     (folder / "notes.txt").write_text("")
     (folder / "lost.nc").symlink_to("nowhere")
-    message = (
-        "gcodesim: skipped: 2 files that are no programs by ending (1 .txt, 1 without ending)\n"
-    )
+    endings = "(1 .txt, 1 without ending)"
+    message = f"gcodesim: skipped: 2 files that are no programs by ending {endings}\n"
     done = batch(".", "--jobs", "1")
     assert (done.exit_code, done.stderr) == (2, message)
     assert done.stdout.splitlines()[1].split()[:2] == ["ERROR", "lost.nc"]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
-from gcodesim.nc.control.moves import feed_of, move
+from gcodesim.nc.control.moves import FEED, RAPID, feed_of, move
 from gcodesim.nc.control.state import State
 from gcodesim.nc.program import PLANES, Kind
 
@@ -78,18 +78,18 @@ def drill(state: State, hole: Hole, point: list[float]) -> None:
     """
     depth = PLANES[state.modal.plane][2]
     if hole.level is not None and state.point[depth] < hole.level:
-        _along(state, depth, Kind.RAPID, hole.level)
+        _along(state, depth, RAPID, hole.level)
     point = point.copy()
     point[depth] = state.point[depth]
     _rapid(state, point)
     if hole.level is not None:
-        _along(state, depth, Kind.RAPID, hole.level)
+        _along(state, depth, RAPID, hole.level)
     for step in hole.steps:
         # By type and not by `match`: holes are many, and this is twice as fast.
         if isinstance(step, FeedTo):
-            _along(state, depth, Kind.FEED, step.level)
+            _along(state, depth, FEED, step.level)
         elif isinstance(step, RapidTo):
-            _along(state, depth, Kind.RAPID, step.level)
+            _along(state, depth, RAPID, step.level)
         else:
             _stand_or_shift(state, step)
 
@@ -98,7 +98,7 @@ def _along(state: State, depth: int, kind: Kind, level: float) -> None:
     """Move the depth axis to a level."""
     point = state.point.copy()
     point[depth] = level
-    f = feed_of(state) if kind is Kind.FEED else 0.0
+    f = feed_of(state) if kind is FEED else 0.0
     move(state, kind, state.reach(point), f)
     state.point = point
 
@@ -119,5 +119,5 @@ def _stand_or_shift(state: State, step: Shift | Dwell | ManualStop) -> None:
 
 
 def _rapid(state: State, point: list[float]) -> None:
-    move(state, Kind.RAPID, state.reach(point), 0.0)
+    move(state, RAPID, state.reach(point), 0.0)
     state.point = point

@@ -17,6 +17,12 @@ from gcodesim.nc.program import AXES, PLANES, FeedMode, Frame, Kind
 SQUARE_RAD = 1e-4
 """A tool this near to the normal of a tilted plane stands on it [rad]: angles have 3 decimals."""
 
+# Members of an Enum take many times as long to look up as names of a module.
+OFF = TipControl.OFF
+INVERSE_TIME, PER_MINUTE = FeedMode.INVERSE_TIME, FeedMode.PER_MINUTE
+PER_REVOLUTION = FeedMode.PER_REVOLUTION
+RAPID, FEED = Kind.RAPID, Kind.FEED
+
 Words = Mapping[int, float]
 """Index in program.AXES -> value [mm or deg]."""
 
@@ -129,11 +135,11 @@ def straight(state: State, kind: Kind, point: list[float], edge: Edge | None = N
         edge: what becomes of the corner at the end of a feed move; None = it stays sharp.
     """
     start = state.point
-    if state.corner is not None and kind == Kind.FEED:
+    if state.corner is not None and kind == FEED:
         cut_corner(state, point)
         start = state.point
     position = state.reach(point)
-    tilted = state.frames.tilted and state.modal.tip_control is TipControl.OFF
+    tilted = state.frames.tilted and state.modal.tip_control is OFF
     if tilted and position[3:] != state.position[3:]:
         # No tip tracking here: the joints run straight to where the tip is on the plane again.
         straight_to_axes(state, kind, state.axes_of(position))
@@ -141,7 +147,7 @@ def straight(state: State, kind: Kind, point: list[float], edge: Edge | None = N
     f = _feed_to(state, kind, position, state.position)
     move(state, kind, position, f)
     state.point = point
-    if edge is not None and kind == Kind.FEED:
+    if edge is not None and kind == FEED:
         keep_corner(state, edge, start, f)
 
 
@@ -160,13 +166,13 @@ def through(state: State, middle: list[float], ends: Words) -> None:
     """
     position = state.reach(middle)
     if state.frame is Frame.MACHINE:
-        move(state, Kind.RAPID, position, 0.0)
+        move(state, RAPID, position, 0.0)
     else:
-        move_axes(state, Kind.RAPID, state.axes_of(position))
+        move_axes(state, RAPID, state.axes_of(position))
     axes = state.axes.copy()
     for i, value in ends.items():
         axes[i] = value
-    move_axes(state, Kind.RAPID, axes)
+    move_axes(state, RAPID, axes)
 
 
 def retract(state: State, distance: float | None) -> None:
@@ -184,7 +190,7 @@ def retract(state: State, distance: float | None) -> None:
     if distance is None:
         distance = _room(state, axes, along)
     ends = [a + distance * way for a, way in zip(axes[:3], along, strict=True)]
-    move_axes(state, Kind.RAPID, [*ends, *axes[3:]])
+    move_axes(state, RAPID, [*ends, *axes[3:]])
 
 
 def _room(state: State, axes: list[float], along: Sequence[float]) -> float:
@@ -210,7 +216,7 @@ def retract_axes(state: State, letters: str) -> None:
         if letter not in known:
             raise state.place.error("retract_unknown", f"the retract position of {letter}")
         axes[AXES.index(letter)] = known[letter]
-    move_axes(state, Kind.RAPID, axes)
+    move_axes(state, RAPID, axes)
 
 
 def move(state: State, kind: Kind, position: list[float], f: float) -> None:
@@ -219,7 +225,7 @@ def move(state: State, kind: Kind, position: list[float], f: float) -> None:
         raise state.refusal()
     if position != state.position:
         modal = state.modal
-        if state.frames.tilted and modal.tip_control is TipControl.OFF:
+        if state.frames.tilted and modal.tip_control is OFF:
             check_square(state)
         row = state.place.row
         state.recorder.add(kind, row, position, f=f, mode=modal.feed_mode, speed=modal.speed)
@@ -251,7 +257,7 @@ def check_square(state: State) -> None:
 
 def _feed_to(state: State, kind: Kind, end: list[float], start: list[float]) -> float:
     """Return the feed of a straight move, 0 for a rapid one."""
-    return feed_of(state, end[:3] == start[:3]) if kind == Kind.FEED else 0.0
+    return feed_of(state, end[:3] == start[:3]) if kind == FEED else 0.0
 
 
 def feed_of(state: State, rotary_only: bool = False, *, cutting: bool = True) -> float:
@@ -262,17 +268,17 @@ def feed_of(state: State, rotary_only: bool = False, *, cutting: bool = True) ->
     """
     modal, place, mode = state.modal, state.place, state.modal.feed_mode
     feed = modal.feed if rotary_only else (modal.feed or 0.0) * modal.feed_scale
-    if mode == FeedMode.INVERSE_TIME:
+    if mode == INVERSE_TIME:
         feed = state.line_feed
         if not feed:
             raise place.error("inverse_feed_missing", "no F in a G93 block")
-    elif not feed and mode == FeedMode.PER_MINUTE and not modal.feed_given:
+    elif not feed and mode == PER_MINUTE and not modal.feed_given:
         feed = state.control.feed
     if not feed:
         raise place.error("feed_missing", "feed move without F")
-    if rotary_only and modal.tip_control is not TipControl.OFF and mode == FeedMode.PER_MINUTE:
+    if rotary_only and modal.tip_control is not OFF and mode == PER_MINUTE:
         feed = state.control.readings.tcp_rotary_feed or feed
-    if mode == FeedMode.PER_REVOLUTION and not modal.speed:
+    if mode == PER_REVOLUTION and not modal.speed:
         raise place.error("feed_per_rev_no_spindle", "G95 with S0")
     if cutting and not modal.spindle_turns and not state.has_reported("spindle_off_feed"):
         state.report("spindle_off_feed", "feed move with the spindle off")
@@ -302,7 +308,7 @@ def arc(
         ProgramError: the arc cannot be traced, or nothing is known that it needs.
     """
     frames, modal = state.frames, state.modal
-    tilted = frames.tilted and modal.tip_control is TipControl.OFF
+    tilted = frames.tilted and modal.tip_control is OFF
     if tilted and end[3:] != state.point[3:]:
         raise state.place.error("rotary_arc_in_tilted_plane", "an arc with rotary words")
     u, v, w = PLANES[modal.plane]
@@ -349,5 +355,5 @@ def probe(state: State, point: list[float]) -> None:
     """Feed to a program point with a probe, for contact is never made."""
     position = state.reach(point)
     rotary_only = position[:3] == state.position[:3]
-    move(state, Kind.FEED, position, feed_of(state, rotary_only, cutting=False))
+    move(state, FEED, position, feed_of(state, rotary_only, cutting=False))
     state.point = point

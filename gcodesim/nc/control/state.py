@@ -220,9 +220,12 @@ class State:
         rotary move, whose feed is in deg/min, into a linear one.
         """
         frames, before, held = self.frames, self.point, self.position
+        if frames.matrix is None:
+            columns = zip(point, before, held, frames.shift, strict=True)
+            return [h if p == b else p + s for p, b, h, s in columns]
         position = frames.machine(point)
         # Axes that the frame turns into each other are computed together.
-        first = joined if (joined := frames.joined) and point[:joined] != before[:joined] else 0
+        first = frames.joined if point[: frames.joined] != before[: frames.joined] else 0
         for i in range(first, 6):
             if point[i] == before[i]:
                 position[i] = held[i]

@@ -45,7 +45,7 @@ class HoleWords(NamedTuple):
         depths: levels of the pecks, the last one the bottom.
         q: peck depth or shift [mm], 0 when not given.
         back_off: how far above the last depth pecks stop [mm].
-        shift: way off the wall [mm].
+        way: off the wall, along the two axes of the plane.
         dwell: at the bottom.
     """
 
@@ -56,8 +56,13 @@ class HoleWords(NamedTuple):
     depths: list[float]
     q: float
     back_off: float
-    shift: Shift
+    way: tuple[float, float]
     dwell: Dwell
+
+    @property
+    def shift(self) -> Shift:
+        """The way off the wall [mm]."""
+        return Shift(self.q * self.way[0], self.q * self.way[1])
 
 
 def run_cycle(state: IsoState, block: Block, number: int) -> None:
@@ -180,9 +185,8 @@ def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
     out = max(initial, r) if codes.cycle_return == G.RETURN_TO_START else r
     q, readings = kept.get("Q", 0.0), state.control.readings
     depths = _peck_depths(block, r, z, q, repeats) if number in PECKED else [z]
-    u, v = SHIFTS[readings.bore_shift]
-    shift, dwell = Shift(q * u, q * v), Dwell(kept.get("P", 0.0))
-    words = HoleWords(r, z, initial, out, depths, q, readings.peck_backoff, shift, dwell)
+    way, dwell = SHIFTS[readings.bore_shift], Dwell(kept.get("P", 0.0))
+    words = HoleWords(r, z, initial, out, depths, q, readings.peck_backoff, way, dwell)
     steps = _back_bore_centred(state, words) if _is_centred(state, number) else STEPS[number](words)
     counted = 1 + (int((r - z) / q) if number in PECKED and q else 0)
     return Hole(steps, None if shifted else r, counted)
@@ -252,8 +256,9 @@ def _bore_and_stop(words: HoleWords) -> list[Step]:
 
 def _fine_bore(words: HoleWords) -> list[Step]:
     """G76: out with the tool shifted off the wall."""
-    back = Shift(-words.shift.u, -words.shift.v)
-    return [FeedTo(words.z), words.dwell, words.shift, RapidTo(words.out), back]
+    shift = words.shift
+    back = Shift(-shift.u, -shift.v)
+    return [FeedTo(words.z), words.dwell, shift, RapidTo(words.out), back]
 
 
 def _back_bore(words: HoleWords) -> list[Step]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import IntEnum
 
 from gcodesim.nc.control.modal import Motion
 
 
-class G(IntEnum):
-    """G codes, in tenths."""
+class G:
+    """G codes, in tenths: plain numbers, for every block is compared with some of them."""
 
     RAPID, FEED, CLOCKWISE, COUNTER_CLOCKWISE = 0, 10, 20, 30
     POLAR_OFF, POLAR = 150, 160

@@ -31,7 +31,7 @@ SIDES = {
 
 def set_feed_mode(state: IsoState, block: Block, number: int) -> None:
     """G93 G94 G95: a change clears F, for the number would mean something else."""
-    mode, modal = FEED_MODES[G(number)], state.modal
+    mode, modal = FEED_MODES[number], state.modal
     if modal.feed_mode != mode or state.control.readings.feed_forgotten == "always":
         modal.feed = None
     modal.feed_mode = mode
@@ -72,7 +72,7 @@ def set_rigid_tapping(state: IsoState, block: Block, number: int) -> None:
 
 def set_plane(state: IsoState, block: Block, number: int) -> None:
     """G17 G18 G19."""
-    state.modal.plane = PLANES[G(number)]
+    state.modal.plane = PLANES[number]
 
 
 def set_unit(state: IsoState, block: Block, number: int) -> None:
@@ -136,7 +136,7 @@ def compensate(state: IsoState, block: Block, number: int) -> None:
         entry, tools = block.whole("D"), state.tools
         if tools is not None and entry and entry not in tools:
             raise block.error("tool_not_found", f"D{entry}", "D")
-    orders.compensate(state, SIDES.get(G(number), CutterSide.NONE), f"G{number / 10:g}")
+    orders.compensate(state, SIDES.get(number, CutterSide.NONE), f"G{number / 10:g}")
 
 
 def listed_g(state: IsoState, block: Block, number: int) -> None:

@@ -16,6 +16,10 @@ from gcodesim.nc.program import AXES, PLANES, Kind
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
 
+MOTIONS = (Motion.RAPID, Motion.FEED, Motion.CLOCKWISE, Motion.COUNTER_CLOCKWISE)
+
+VECTORS = TipControl.VECTORS
+
 MOST_TURNS = 1_000_000
 """Largest P of an arc; nobody cuts a thread of more turns."""
 
@@ -35,7 +39,7 @@ def target(state: IsoState, block: Block) -> list[float]:
     point = moves.point_to(state, axis_values(state, block))
     if state.codes.polar:
         _apply_polar(state, block, point)
-    if state.modal.tip_control is TipControl.VECTORS:
+    if state.modal.tip_control is VECTORS:
         _apply_vector(state, block, point)
     return point
 
@@ -101,7 +105,7 @@ def straight(state: IsoState, block: Block, number: int) -> None:
 
 def _begin(state: IsoState, number: int) -> None:
     """Put a motion code into force, which ends a cycle."""
-    state.modal.motion = Motion(number // 10)
+    state.modal.motion = MOTIONS[number // 10]
     state.codes.cycle, state.modal.drilling = 0, False
 
 
@@ -137,7 +141,7 @@ def _centre(state: IsoState, block: Block) -> tuple[Point | None, float]:
     u, v, w = PLANES[state.modal.plane]
     start, scale, words = state.point, state.scale, block.values
     # Under G43.5 I J K is the direction of the tool, so that only R is left for arcs.
-    vectors = state.modal.tip_control is TipControl.VECTORS
+    vectors = state.modal.tip_control is VECTORS
     given = [letter for letter in CENTRE_WORDS if letter in words and not vectors]
     if "R" in words and (not given or state.control.readings.r_and_ijk == "r_wins"):
         return None, words["R"] * scale

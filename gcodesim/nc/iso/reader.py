@@ -51,7 +51,7 @@ class IsoReader(Language[Block]):
         self._jumps = Jumps(state, self.flow, parameters)
         self._macros = Macros(state, parameters, self._jumps)
         self._codes = codes_for(readings.dialect, readings.g_codes, readings.m_codes)
-        self._checks = Checks(state, self._codes)
+        self._checked = Checks(state, self._codes).checked
         self._ignored = frozenset(readings.ignore_words)
         self._kept: dict[int, Block] = {}
         self._has_jumped = False
@@ -146,7 +146,7 @@ class IsoReader(Language[Block]):
         # Steps 3 and 4.
         state = self.state
         waiting, state.line_feed = state.corner, block.values.get("F")
-        for action, number in self._checks.checked(block):
+        for action, number in self._checked(block):
             action(state, block, number)
         if waiting is not None or block.corner[0]:
             self._check_corner(block, waiting)
