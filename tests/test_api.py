@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 import gcodesim
-from gcodesim.checking.options import DIALECTS, options_of
-from gcodesim.nc.control.readings import choose_dialect
+from gcodesim.checking.options import options_of
+from gcodesim.nc.control.readings import ROWS, choose_readings
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -54,8 +54,8 @@ def test_the_readme_says_which_option_a_field_is() -> None:
 
 
 def test_every_dialect_that_is_offered_is_one() -> None:
-    for name in DIALECTS:
-        assert choose_dialect(name).name == name
+    for name in ROWS:
+        assert choose_readings(name).dialect == name
 
 
 def test_every_field_of_options_says_what_it_is() -> None:
