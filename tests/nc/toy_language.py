@@ -41,9 +41,9 @@ class Toy(Language[Place]):
         plain = len(words) == 3 and not any(word[:1].isalpha() for word in words)
         return [float(word) for word in words] if plain else [np.nan] * 3
 
-    def run(self, place):
-        state, flow, (verb, *words) = self.state, self.flow, place.text.split() or ["", ""]
-        state.blocks, state.last_line = state.blocks + 1, place.row
+    def run(self, line):
+        state, flow, (verb, *words) = self.state, self.flow, line.text.split() or ["", ""]
+        state.blocks, state.last_line = state.blocks + 1, line.row
         named = {AXES.index(w[0]): float(w[1:]) for w in words if w[:1] in AXES}
         feeds = [float(w[1:]) for w in words if w[:1] == "F"]
         if feeds:
@@ -67,5 +67,5 @@ class Toy(Language[Place]):
         elif verb == "again":
             flow.index = self.opened[-1] + 1 if flow.count_down(self.opened[-1]) else flow.index
         else:
-            x, y, z = self.numbers(place.text)
+            x, y, z = self.numbers(line.text)
             moves.straight(state, Kind.FEED, moves.point_to(state, {0: x, 1: y, 2: z}))

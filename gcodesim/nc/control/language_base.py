@@ -40,7 +40,7 @@ class Language(ABC, Generic[Line]):
         """Return the place of a line that is about to run."""
 
     @abstractmethod
-    def run(self, place: Line) -> None:
+    def run(self, line: Line) -> None:
         """Carry out a line, and count it in the state if it is a block.
 
         Raises:

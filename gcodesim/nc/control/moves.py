@@ -47,11 +47,6 @@ def point_to(state: State, words: Words, how: Mapping[int, How] | None = None) -
     """
     if state.frames.carried is not None:
         _carry_offset(state, words, how)
-    return _named(state, words, how)
-
-
-def _named(state: State, words: Words, how: Mapping[int, How] | None) -> list[float]:
-    """Return the current point with some of its coordinates replaced."""
     point, wraps = state.point.copy(), state.wraps
     if how:
         for i, value in words.items():
@@ -59,10 +54,12 @@ def _named(state: State, words: Words, how: Mapping[int, How] | None) -> list[fl
     elif state.modal.incremental:
         for i, value in words.items():
             point[i] += value
+    elif wraps:
+        for i, value in words.items():
+            point[i] = _unwound(state, i, value, point) if AXES[i] in wraps else value
     else:
         for i, value in words.items():
-            wrapped = i > 2 and AXES[i] in wraps
-            point[i] = _unwound(state, i, value, point) if wrapped else value
+            point[i] = value
     return point
 
 
@@ -94,10 +91,11 @@ def _carry_offset(state: State, words: Words, how: Mapping[int, How] | None) -> 
 
     The table carries the work offset along; a linear axis that has no word stays where it is.
     """
-    rotary = {i: value for i, value in words.items() if i > 2}
-    point = _named(state, rotary, how)
-    state.carry_offset(state.frames.machine(point)[3:])
-    state.frames.update()
+    frames = state.frames
+    frames.carried = None
+    point = point_to(state, {i: value for i, value in words.items() if i > 2}, how)
+    state.carry_offset(frames.machine(point)[3:])
+    frames.update()
     state.point[:3] = state.frames.program(state.position)[:3]
 
 

@@ -31,6 +31,11 @@ MAX_STEPS = 100_000
 KEPT = "RQPIJ"
 """Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""
 
+PECKED = (G.CHIP_BREAKING, G.LEFT_TAPPING, G.PECKING, G.TAPPING)
+"""Cycles that reach the bottom by pecks of Q."""
+
+TAPPING = (G.LEFT_TAPPING, G.TAPPING)
+
 SHIFTS = {"+X": (1.0, 0.0), "-X": (-1.0, 0.0), "+Y": (0.0, 1.0), "-Y": (0.0, -1.0)}
 """Readings.bore_shift -> way along the two axes of the plane."""
 
@@ -132,24 +137,23 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
     Raises:
         ProgramError: it has not.
     """
-    words, code = state.codes.cycle_words, f"G{number // 10}"
-    normal = PLANES[state.modal.plane][2]
-    centred, pecks = _is_centred(state, number), number in (G.CHIP_BREAKING, G.PECKING)
-    shifts = number in (G.FINE_BORING, G.BACK_BORING) and not centred
-    needed = "ZR" + "Q" * (pecks or shifts) + (CENTRE_WORDS[normal] if centred else "")
+    words, normal = state.codes.cycle_words, PLANES[state.modal.plane][2]
+    centred = _is_centred(state, number)
+    needed = f"ZR{CENTRE_WORDS[normal]}" if centred else NEEDED[number]
     for letter in needed:
         if letter not in words:
-            name = AXES[normal] if letter == "Z" else letter
+            name, code = AXES[normal] if letter == "Z" else letter, f"G{number // 10}"
             raise block.error("cycle_word_missing", f"{code} without {name}", code)
-    if words.get("Q", 1.0) <= 0 and (pecks or shifts):
-        raise block.error("cycle_q_not_positive", f"{code} with Q{words['Q']:g}", "Q")
+    if "Q" in needed and words["Q"] <= 0:
+        what = f"G{number // 10} with Q{words['Q']:g}"
+        raise block.error("cycle_q_not_positive", what, "Q")
     if number == G.DWELL_DRILLING and "P" not in words:
         state.report("cycle_dwell_missing", "G82 without P", "G82")
-    taps = number in (G.LEFT_TAPPING, G.TAPPING)
-    if taps and not state.modal.spindle_turns and not state.codes.rigid_tapping:
+    if number in TAPPING and not state.modal.spindle_turns and not state.codes.rigid_tapping:
+        code = f"G{number // 10}"
         raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
     if _is_shifted(state, number) and state.codes.cycle_return == G.RETURN_TO_R:
-        raise block.error("cycle_return_unusable", "G87 under G99", code)
+        raise block.error("cycle_return_unusable", "G87 under G99", "G87")
 
 
 def next_hole(state: IsoState) -> Hole | None:
@@ -176,9 +180,10 @@ def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
     """
     codes = state.codes
     kept, initial = codes.cycle_words, codes.initial
-    incremental = state.modal.incremental
-    r = initial + kept["R"] if incremental else kept["R"]
-    z = r + kept["Z"] if incremental else kept["Z"]
+    r, z = kept["R"], kept["Z"]
+    if state.modal.incremental:
+        r += initial
+        z += r
     shifted = _is_shifted(state, number)
     if z > r and not shifted:
         raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
@@ -287,9 +292,6 @@ def _back_bored(
     ]
 
 
-PECKED = (G.CHIP_BREAKING, G.LEFT_TAPPING, G.PECKING, G.TAPPING)
-"""Cycles that reach the bottom by pecks of Q."""
-
 STEPS: dict[int, Callable[[HoleWords], list[Step]]] = {
     G.CHIP_BREAKING: _break_chips,
     G.LEFT_TAPPING: _tap,
@@ -305,6 +307,12 @@ STEPS: dict[int, Callable[[HoleWords], list[Step]]] = {
     G.DWELL_BORING: _bore,
 }
 """Cycle -> what it does after the approach; G86 moves as G82 does."""
+
+NEEDED = {
+    **dict.fromkeys(STEPS, "ZR"),
+    **dict.fromkeys((G.CHIP_BREAKING, G.PECKING, G.FINE_BORING, G.BACK_BORING), "ZRQ"),
+}
+"""Cycle -> words it cannot do without; Z is the depth."""
 
 
 def end_cycle(state: IsoState, block: Block, number: int) -> None:

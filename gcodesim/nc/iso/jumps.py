@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.iso.block import Block
@@ -21,11 +20,12 @@ class Jumps:
 
     Attributes:
         state, flow, parameters: what it works on.
+        structures: Source.first -> where that text may jump to.
     """
 
     def __init__(self, state: IsoState, flow: ProgramFlow, parameters: Parameters) -> None:
         self.state, self.flow, self.parameters = state, flow, parameters
-        self._structures: dict[int, Structure] = {}
+        self.structures: dict[int, Structure] = {}
         self._opened: set[int] = set()
         self._numbers: dict[int, dict[int, list[int]]] = {}
 
@@ -48,15 +48,11 @@ class Jumps:
         source.begin, opened = _opening_percent(source.lines)
         if opened:
             self._opened.add(source.first)
-        self._structures[source.first] = Structure(len(source.lines))
+        self.structures[source.first] = Structure(len(source.lines))
         o_words = self.parameters.rules.o_words
         structure = read_structure(source.lines, source.begin, opened, o_words)
-        self._structures[source.first] = structure
+        self.structures[source.first] = structure
         source.end = structure.end
-
-    def structure(self, source: Source) -> Structure:
-        """Return where a text may jump to."""
-        return self._structures[source.first]
 
     def is_opened(self, source: Source) -> bool:
         """Tell whether a text began with %."""
@@ -85,7 +81,7 @@ class Jumps:
         elif target is not None:
             self.go_to_number(target)
         elif self.state.control.readings.m99 == "restart":
-            start = self.structure(flow.source).span(flow.index - 1)[0]
+            start = self.structures[flow.source.first].span(flow.index - 1)[0]
             flow.index = max(start, flow.source.begin)
         else:
             self.state.report("main_program_repeats", "M99 in the main program", "M99")
@@ -112,14 +108,14 @@ class Jumps:
     def _numbered(self, source: Source, number: int, index: int) -> int:
         if source.first not in self._numbers:
             self._numbers[source.first] = block_numbers(source.lines)
-        begin, end = self.structure(source).span(max(index - 1, 0))
+        begin, end = self.structures[source.first].span(max(index - 1, 0))
         places = [i for i in self._numbers[source.first].get(number, []) if begin <= i < end]
         if not places:
             raise FlowError("block_not_found", f"N{number}")
         return next((i for i in places if i >= index), places[0])
 
     def call_program(
-        self, number: int, repeats: int, arguments: Mapping[float, float | None] | None = None
+        self, number: int, repeats: int, arguments: dict[float, float | None] | None = None
     ) -> None:
         """Run subprogram O of this text, of the main program, or of a file beside it.
 
@@ -135,7 +131,7 @@ class Jumps:
         if arguments is None:
             self.flow.enter(source, line, repeats)
         else:
-            self._enter(source, line, repeats, Locals(dict(arguments)))
+            self._enter(source, line, repeats, Locals(arguments))
 
     def find_program(self, number: int) -> tuple[Source, int]:
         """Return the text and the line at which subprogram O begins.
@@ -144,28 +140,28 @@ class Jumps:
             FlowError: there is none, or it cannot be read.
         """
         for source in (self.flow.source, *self.flow.sources):
-            line = self.structure(source).programs.get(number)
+            line = self.structures[source.first].programs.get(number)
             if line is not None:
                 return source, line
         names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
         source = self._beside(names, f"O{number}")
-        return source, self.structure(source).programs.get(number, source.begin)
+        return source, self.structures[source.first].programs.get(number, source.begin)
 
     def call_sub(self, label: str, arguments: list[float | None]) -> None:
         """Run an o-word subprogram of this text, of the main program, or of a file beside it."""
         for source in (self.flow.source, *self.flow.sources):
-            if label in self.structure(source).subs:
+            if label in self.structures[source.first].subs:
                 break
         else:
             if not FILE_NAME.fullmatch(label):
                 raise FlowError("subprogram_not_found", f"o<{label.lower()}>")
             name = label.lower()
             source = self._beside((f"{name}.ngc", f"{name}.nc"), f"o<{name}>")
-            if label not in self.structure(source).subs:
+            if label not in self.structures[source.first].subs:
                 raise FlowError("subprogram_not_found", f"o<{name}> in {source.file}")
         numbers: dict[float, float | None] = dict.fromkeys(range(1, 31), 0.0)
         numbers.update(enumerate(arguments[:30], start=1))
-        self._enter(source, self.structure(source).subs[label] + 1, 1, Locals(numbers))
+        self._enter(source, self.structures[source.first].subs[label] + 1, 1, Locals(numbers))
 
     def _enter(self, source: Source, line: int, repeats: int, own: Locals) -> None:
         """Run a subprogram with local parameters of its own."""

@@ -102,7 +102,7 @@ class Macros:
         Raises:
             ProgramError: it leads nowhere, or a value does not exist.
         """
-        if not statement.control or statement.control == "THEN":
+        if statement.control == "THEN":
             return
         try:
             if statement.control.startswith("O-"):
@@ -120,7 +120,7 @@ class Macros:
 
     def _loop(self, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
-        partner = self.jumps.structure(flow.source).partner.get(line)
+        partner = self.jumps.structures[flow.source.first].partner.get(line)
         if partner is None:
             raise FlowError("block_structure", f"{statement.control} {statement.label} alone")
         if statement.control == "END":
@@ -130,7 +130,7 @@ class Macros:
 
     def _o_word(self, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
-        structure, word = self.jumps.structure(flow.source), statement.control[2:]
+        structure, word = self.jumps.structures[flow.source.first], statement.control[2:]
         partner = structure.partner.get(line, -1)
         if partner < 0 and line not in structure.loop_of and word not in ALONE:
             raise FlowError("block_structure", f"O{statement.label} {word} alone")
@@ -160,7 +160,7 @@ class Macros:
     def _opens_by_test(self, opening: int) -> bool:
         """Tell whether a loop begins with WHILE."""
         source = self.flow.source
-        lines, closing = source.lines, self.jumps.structure(source).partner[opening]
+        lines, closing = source.lines, self.jumps.structures[source.first].partner[opening]
         return "WHILE" in lines[opening].upper().replace(" ", "") and closing > opening
 
     def _sub(self, statement: Statement, word: str, partner: int) -> None:
@@ -180,7 +180,7 @@ class Macros:
 
     def _branch(self, line: int) -> int:
         """Return the line of the branch whose condition holds, or of ENDIF."""
-        branches = self.jumps.structure(self.flow.source).next_branch
+        branches = self.jumps.structures[self.flow.source.first].next_branch
         at: int | None = line
         while at is not None:
             statement = self._statement_of(at)
@@ -197,7 +197,7 @@ class Macros:
         return self._branches[row]
 
     def _end_of_if(self, line: int) -> int:
-        branches = self.jumps.structure(self.flow.source).next_branch
+        branches = self.jumps.structures[self.flow.source.first].next_branch
         while line in branches:
             line = branches[line]
         return line

@@ -44,6 +44,7 @@ def set_feed(state: IsoState, block: Block, number: int) -> None:
         raise block.error("feed_negative", f"F{feed:g}", "F")
     modal = state.modal
     modal.feed, modal.feed_scale, modal.feed_given = feed, state.scale, True
+    state.line_feed = feed
 
 
 def set_speed(state: IsoState, block: Block, number: int) -> None:

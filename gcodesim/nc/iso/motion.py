@@ -8,7 +8,7 @@ from gcodesim.nc.control import moves
 from gcodesim.nc.control.arcs import Point
 from gcodesim.nc.control.columns import CENTRE_WORDS
 from gcodesim.nc.control.modal import Motion, TipControl
-from gcodesim.nc.control.state import Edge
+from gcodesim.nc.control.state import INCH, Edge
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
@@ -26,11 +26,11 @@ MOST_TURNS = 1_000_000
 
 def axis_values(state: IsoState, block: Block) -> dict[int, float]:
     """Return index in AXES -> value [mm or deg] of the axis words of a block."""
-    scale, found = state.scale, {}
+    found, inch = {}, state.modal.inch
     for letter, value in block.values.items():
         if letter in INDEX:
             i = INDEX[letter]
-            found[i] = value * scale if i < 3 else value
+            found[i] = value * INCH if inch and i < 3 else value
     return found
 
 
@@ -89,24 +89,19 @@ def set_polar(state: IsoState, block: Block, number: int) -> None:
 
 def straight(state: IsoState, block: Block, number: int) -> None:
     """G0 G1, with G53 in machine coordinates; without axis words only the mode changes."""
-    _begin(state, number)
+    modal = state.modal
+    modal.motion, state.codes.cycle, modal.drilling = MOTIONS[number // 10], 0, False
     if not block.moves:
         return
     kind = Kind.FEED if number else Kind.RAPID
     if block.has("G", G.MACHINE_COORDINATES):
         moves.straight_to_axes(state, kind, _machine_target(state, block))
         return
-    letter, size = block.corner
     edge = None
-    if letter:
+    if block.corner[0]:
+        letter, size = block.corner
         edge = Edge(letter == "R", size * state.scale, f",{letter}{size:g}", letter)
     moves.straight(state, kind, target(state, block), edge)
-
-
-def _begin(state: IsoState, number: int) -> None:
-    """Put a motion code into force, which ends a cycle."""
-    state.modal.motion = MOTIONS[number // 10]
-    state.codes.cycle, state.modal.drilling = 0, False
 
 
 def _machine_target(state: IsoState, block: Block) -> list[float]:
@@ -117,7 +112,8 @@ def _machine_target(state: IsoState, block: Block) -> list[float]:
 
 def arc(state: IsoState, block: Block, number: int) -> None:
     """G2 G3 in the active plane, with centre words or R, P turns and a helix."""
-    _begin(state, number)
+    modal = state.modal
+    modal.motion, state.codes.cycle, modal.drilling = MOTIONS[number // 10], 0, False
     if not block.moves:
         return
     if block.has("G", G.MACHINE_COORDINATES):

@@ -111,14 +111,14 @@ class IsoReader(Language[Block]):
         """Return what to report when the text of a subprogram ends without a return."""
         return "the subprogram ends without M99 or endsub"
 
-    def run(self, place: Block) -> None:
+    def run(self, line: Block) -> None:
         """Carry out a block.
 
         Raises:
             ProgramError: it is refused.
             OrientationError: no rotary positions hold the tool as it says.
         """
-        block, state, after = place, self.state, self.flow.index
+        block = line
         # Step 1: characters to words.
         if not block.is_lexed:
             lex(block)
@@ -129,15 +129,15 @@ class IsoReader(Language[Block]):
         statement = self._macros.read(block) if block.is_macro else None
         for kind, text in block.messages:
             shown = text if kind == "MSG" else self._macros.message(text)
-            state.recorder.message(block.row, shown)
-        state.blocks += 1
-        state.last_line = block.row
+            self.state.recorder.message(block.row, shown)
+        self.state.blocks += 1
+        self.state.last_line = block.row
         if block.tokens or statement is None:
             self._run_words(block)
-        if statement is not None:
+        if statement is not None and statement.control:
+            after = self.flow.index
             self._macros.go_on(block, statement)
-        if self.flow.index != after:
-            self._has_jumped = True
+            self._has_jumped = self._has_jumped or self.flow.index != after
 
     def _run_words(self, block: Block) -> None:
         # Step 2: words to codes and values; those of macro text may be others every time.
@@ -145,13 +145,14 @@ class IsoReader(Language[Block]):
             self._read(block)
         # Steps 3 and 4.
         state = self.state
-        waiting, state.line_feed = state.corner, block.values.get("F")
+        waiting, state.line_feed = state.corner, None
         for action, number in self._checked(block):
             action(state, block, number)
         if waiting is not None or block.corner[0]:
             self._check_corner(block, waiting)
         if state.request is not None:
             request, state.request = state.request, None
+            self._has_jumped = True
             try:
                 self._jumps.carry_out(request, block)
             except FlowError as error:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True, slots=True)
-class CallProgram:
+class CallProgram(NamedTuple):
     """Run subprogram O.
 
     Attributes:
@@ -18,19 +16,17 @@ class CallProgram:
 
     number: int
     repeats: int
-    arguments: Mapping[float, float | None] | None = None
+    arguments: dict[float, float | None] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class CallBlock:
+class CallBlock(NamedTuple):
     """Run from block N of the running program to M99 (M97)."""
 
     number: int
     repeats: int
 
 
-@dataclass(frozen=True, slots=True)
-class Return:
+class Return(NamedTuple):
     """Return from the running subprogram, to block N of the caller where there is one."""
 
     target: int | None
