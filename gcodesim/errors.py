@@ -1,4 +1,4 @@
-"""The errors that leave the room they are raised in, and who catches each one.
+"""The errors that gcodesim raises on purpose, and who catches each one.
 
 GcodesimError          everything below; a bare traceback of another type is a defect
 ├── UsageError         an option or a file cannot be used: the only kind that reaches a caller of
@@ -6,23 +6,18 @@ GcodesimError          everything below; a bare traceback of another type is a d
 │   └── ModelError     a machine, tools or setup file is wrong: names file, line and key
 ├── OrientationError   no rotary position holds the tool so: raised in machine/, carries a meaning;
 │                      the interpreter and the planner make a finding of it
-└── ProgramError       a block no control would accept: carries a Finding; the interpreter stops
-
-Errors that the reading of a program raises and catches itself (nc/: of an arc, an expression, the
-flow) stand beside the code that raises them and are no GcodesimError: nc/ makes a ProgramError or a
-finding of each of them, so none leaves it.
+├── ProgramError       a line is refused as a whole (nc/control/place.py): carries a Finding, which
+│                      the interpreter keeps when it stops
+└── ArcError, FlowError (nc/control/), ExpressionError, StructureError (nc/iso/)
+                       a rule of the language is broken: the line that broke it becomes a
+                       ProgramError where it is known, so none of them leaves nc/
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from gcodesim.findings.codes import Finding
-
 
 class GcodesimError(Exception):
-    """Base of every error that leaves the room it is raised in."""
+    """Base of every error that gcodesim raises on purpose."""
 
 
 class UsageError(GcodesimError):
@@ -54,11 +49,3 @@ class OrientationError(GcodesimError):
     def __init__(self, meaning: str, message: str) -> None:
         self.meaning = meaning
         super().__init__(message)
-
-
-class ProgramError(GcodesimError):
-    """A block is refused as a whole; ``finding`` says where and why."""
-
-    def __init__(self, finding: Finding) -> None:
-        self.finding = finding
-        super().__init__(f"{finding.file}:{finding.line}: {finding.code} {finding.message}")

@@ -97,13 +97,13 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "EDGE_DEG": "where a run of blocks ends; the slow way reads the next block",
     },
     "nc/control/state": {"INCH": "unit", "LIMIT": "largest word of the language (GC410)"},
-    "nc/control/supply": {"ZERO": DATA},
     "nc/control/tips": {"NO_TOOL": DATA},
     "nc/iso/cycles": {"SHIFTS": DATA},
     "nc/iso/functions": {"SAME": "LinuxCNC's own rule of EQ and NE"},
     "nc/iso/parameters": {"MODAL": "Fanuc's own numbers"},
     "nc/iso/scan": {"CODES": "G codes", "POWERS": "powers of ten"},
     "nc/iso/statements": {"MAX_VALUE": "keeps results of expressions finite (GC406)"},
+    "nc/program": {"ZERO": DATA},
     "report/glb": {"LARGEST_TURN": LOOKS, "COLORS": LOOKS},
     "report/snapshot": dict.fromkeys(
         ["RING", "GHOST", "CLOSE_PART", "CLOSE_GAPS", "CLOSEST_PART", "LIGHT", "EDGE"], LOOKS

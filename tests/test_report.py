@@ -11,8 +11,9 @@ import reporting
 from rich.cells import cell_len
 from rich.console import Console
 
-from gcodesim.checking.verdict import CONTRACT, CheckResult, Coverage, FirstContact, LeftOut
+from gcodesim.checking.verdict import CONTRACT, CheckResult, Coverage, FirstContact
 from gcodesim.findings.codes import Finding
+from gcodesim.findings.left_out import LeftOut
 from gcodesim.report.json_report import report_dict
 from gcodesim.report.text import print_report
 

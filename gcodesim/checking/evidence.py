@@ -12,7 +12,6 @@ from gcodesim.checking.verdict import (
     Coverage,
     FirstContact,
     LargestStep,
-    LeftOut,
     SmallestDistance,
 )
 from gcodesim.collision.bounds.leave_out import still_axes
@@ -22,6 +21,7 @@ from gcodesim.collision.search.events import Contact
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.constants import CLEARANCE_SLACK_MM, PS_PER_S, SLACK_MM
 from gcodesim.findings.codes import CONTAINMENT_UNDECIDED, Finding
+from gcodesim.findings.left_out import LeftOut
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.off_path import OffPath

@@ -17,6 +17,12 @@ AXES = "XYZABC"
 """Order of the six axis columns: X Y Z in mm, A B C in degrees."""
 
 
+Vector = tuple[float, float, float, float, float, float]
+"""X Y Z [mm], A B C [deg]."""
+
+ZERO: Vector = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
 class Plane(IntEnum):
     """A plane of two axes; arcs turn in it, tools stand square on it."""
 

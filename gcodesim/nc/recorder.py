@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.nc.control.supply import ZERO
-from gcodesim.nc.program import ARC_DTYPE, CanonicalProgram, Corners, FeedMode, Frame, Kind
+from gcodesim.nc.program import ARC_DTYPE, ZERO, CanonicalProgram, Corners, FeedMode, Frame, Kind
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]
 

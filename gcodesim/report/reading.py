@@ -13,12 +13,12 @@ from gcodesim.checking.verdict import (
     Coverage,
     FirstContact,
     LargestStep,
-    LeftOut,
     SmallestDistance,
 )
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import Finding, Ignored
 from gcodesim.findings.fingerprints import fingerprint, likeness
+from gcodesim.findings.left_out import LeftOut
 from gcodesim.report.outcome import Failure, RunOutcome
 
 NESTED = {"contacts": ContactInterval, "clearances": SmallestDistance, "left_out": LeftOut}

@@ -44,7 +44,8 @@ def structure(root: Path) -> dict[str, dict[str, Any]]:
     folders = {name.rpartition(".")[0] for name in files} - {PACKAGE, ""}
     for folder in sorted(folders):
         figures[folder] = level(arrows, folder)
-    return figures | {"names": _names(trees), "functions": _functions(trees)}
+    stems = [path.stem for path in files.values() if path.stem != "__init__"]
+    return figures | {"names": _names(trees, stems), "functions": _functions(trees)}
 
 
 def module_of(path: Path, root: Path) -> str:
@@ -105,15 +106,14 @@ def _circles(graph: dict[str, set[str]]) -> dict[str, int]:
         left = {room: left[room] & inner for room in inner}
 
 
-def _names(trees: dict[str, ast.Module]) -> dict[str, int]:
+def _names(trees: dict[str, ast.Module], stems: list[str]) -> dict[str, int]:
     """Return how many modules, and public classes, share their name with another."""
-    stems = Counter(name.rpartition(".")[2] for name in trees)
     classes = Counter(
         node.name for tree in trees.values() for node in tree.body if isinstance(node, ast.ClassDef)
     )
     return {
         "modules": len(trees),
-        "module names twice": sum(count > 1 for count in stems.values()),
+        "module names twice": sum(count > 1 for count in Counter(stems).values()),
         "classes": len(classes),
         "class names twice": sum(n > 1 for name, n in classes.items() if name[0] != "_"),
     }

@@ -3,7 +3,8 @@
 import pytest
 from nc.controls import make_control
 
-from gcodesim.nc.control.supply import ZERO, ToolEntry, WorkOffset
+from gcodesim.nc.control.supply import ToolEntry, WorkOffset
+from gcodesim.nc.program import ZERO
 
 TOOLS = {
     1: ToolEntry(1, (0.0, 0.0, 50.0, 0.0, 0.0, 0.0), 10.0),

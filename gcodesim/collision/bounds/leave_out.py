@@ -12,12 +12,12 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.checking.verdict import LeftOut
 from gcodesim.collision.bodies.reach import Boxes, sweep
 from gcodesim.collision.bodies.regions import Regions
 from gcodesim.collision.bodies.scene import Scene, restricted
 from gcodesim.collision.geometry.poses import joints_between
 from gcodesim.constants import SLACK_MM
+from gcodesim.findings.left_out import LeftOut
 from gcodesim.machine.model import Joint
 
 MOST_BOXES = 128

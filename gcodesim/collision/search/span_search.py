@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from gcodesim.checking.verdict import LeftOut
 from gcodesim.collision.bodies.keys import NO_CONTACT, contact_key
 from gcodesim.collision.bounds.departure import Departures, departures
 from gcodesim.collision.bounds.forest import build_forest
@@ -35,6 +34,7 @@ from gcodesim.collision.search.intervals import Interval, contact_intervals
 from gcodesim.collision.search.search import Searcher, SearchSettings
 from gcodesim.collision.search.search_kernel import MODE_AT_ALL_TIMES, MODE_AT_SAMPLES
 from gcodesim.constants import CLEARANCE_SLACK_MM, TOLERANCE_MM
+from gcodesim.findings.left_out import LeftOut
 from gcodesim.machine.model import Pair
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import standing

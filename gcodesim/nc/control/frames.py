@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from gcodesim.nc.control.supply import ZERO
+from gcodesim.nc.program import ZERO
 
 Matrix = tuple[tuple[float, float, float], ...]
 """Three rows of a matrix for X Y Z."""

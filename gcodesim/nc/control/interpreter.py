@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
-from gcodesim.errors import OrientationError, ProgramError
+from gcodesim.errors import OrientationError
 from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.language_base import Language, Line
-from gcodesim.nc.control.place import Place
+from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.program_flow import AllLines, Source
 from gcodesim.nc.control.runs import Runs
 from gcodesim.nc.program import CanonicalProgram

@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
-from gcodesim.errors import ProgramError
+from gcodesim.errors import GcodesimError
 from gcodesim.findings.codes import Finding
 from gcodesim.findings.meanings import MEANINGS
+
+
+class ProgramError(GcodesimError):
+    """A block is refused as a whole; ``finding`` says where and why."""
+
+    def __init__(self, finding: Finding) -> None:
+        self.finding = finding
+        super().__init__(f"{finding.file}:{finding.line}: {finding.code} {finding.message}")
 
 
 class Place:

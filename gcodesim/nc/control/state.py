@@ -6,19 +6,18 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from gcodesim.errors import ProgramError
 from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.frames import WORK, Frames, Level
 from gcodesim.nc.control.modal import Modal, TipControl
-from gcodesim.nc.control.place import Place
-from gcodesim.nc.control.supply import ZERO, Control, Kinematics, WorkOffset, WorkOffsetLike
+from gcodesim.nc.control.place import Place, ProgramError
+from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
 from gcodesim.nc.control.tips import (
     axis_positions,
     carried_point,
     tip_position,
     work_placement,
 )
-from gcodesim.nc.program import AXES, FeedMode, Frame, Kind
+from gcodesim.nc.program import AXES, ZERO, FeedMode, Frame, Kind
 from gcodesim.nc.recorder import Recorder
 
 INCH = 25.4

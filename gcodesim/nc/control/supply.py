@@ -7,12 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from gcodesim.nc.control.readings import Readings
-from gcodesim.nc.program import Floats
-
-Vector = tuple[float, float, float, float, float, float]
-"""X Y Z [mm], A B C [deg]."""
-
-ZERO: Vector = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+from gcodesim.nc.program import ZERO, Floats, Vector
 
 
 class WorkOffsetLike(Protocol):

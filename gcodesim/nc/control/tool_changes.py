@@ -5,8 +5,7 @@ from __future__ import annotations
 from gcodesim.nc.control.five_axes import set_tip_control
 from gcodesim.nc.control.modal import Spindle, TipControl
 from gcodesim.nc.control.state import State
-from gcodesim.nc.control.supply import ZERO
-from gcodesim.nc.program import Kind
+from gcodesim.nc.program import ZERO, Kind
 
 
 def select_tool(state: State, tool: int, letter: str) -> None:

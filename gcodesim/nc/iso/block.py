@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from gcodesim.errors import ProgramError
-from gcodesim.nc.control.place import Place
+from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.statements import Statement
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from operator import itemgetter
 
-from gcodesim.errors import ProgramError
+from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.iso.block import Block
 
 MAX_LINE_LENGTH = 4096

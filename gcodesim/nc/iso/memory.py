@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from gcodesim.nc.control.frames import WORK, Level, Matrix, mirrored_at, rotation, turned_about
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.state import State
-from gcodesim.nc.control.supply import ZERO, Control, WorkOffsetLike
+from gcodesim.nc.control.supply import Control, WorkOffsetLike
 from gcodesim.nc.iso.g_codes import Codes, G
 from gcodesim.nc.iso.requests import Request
-from gcodesim.nc.program import Kind
+from gcodesim.nc.program import ZERO, Kind
 
 LOCAL, PLANE, ROTATION, MIRROR = "local", "plane", "rotation", "mirror"
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from gcodesim.nc.control.five_axes import end_plane
 from gcodesim.nc.control.frames import Level, apply
-from gcodesim.nc.control.supply import ZERO, WorkOffset
+from gcodesim.nc.control.supply import WorkOffset
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import LOCAL, PLANE, ROTATION, IsoState
 from gcodesim.nc.iso.motion import axis_values
-from gcodesim.nc.program import PLANES, Kind
+from gcodesim.nc.program import PLANES, ZERO, Kind
 
 ADDITIONAL = 100
 """G54.1 Pn is work offset 100 + n."""

@@ -7,10 +7,10 @@ at all.
 
 from __future__ import annotations
 
-from gcodesim.errors import ProgramError
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
 from gcodesim.nc.control.language_base import Language
+from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.control.state import LIMIT, Corner
 from gcodesim.nc.control.supply import Control

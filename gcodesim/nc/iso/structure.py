@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gcodesim.errors import GcodesimError
 from gcodesim.nc.lines import Lines
 
 SEARCHED = 1 << 16
@@ -33,7 +34,7 @@ OPENERS = {
 BRANCHES = ("ELSEIF", "ELSE")
 
 
-class StructureError(Exception):
+class StructureError(GcodesimError):
     """Blocks that open and close nothing, or each other.
 
     Attributes:

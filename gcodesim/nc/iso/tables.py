@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gcodesim.nc.control.supply import ZERO, ToolEntry, WorkOffset
+from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
 from gcodesim.nc.iso.offsets import ADDITIONAL
-from gcodesim.nc.program import Frame, Kind
+from gcodesim.nc.program import ZERO, Frame, Kind
 
 FIXTURES = 9
 """Work offsets G54 to G59.3."""

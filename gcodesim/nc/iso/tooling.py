@@ -5,11 +5,11 @@ from __future__ import annotations
 from gcodesim.nc.control import tool_changes
 from gcodesim.nc.control.five_axes import follows, set_tip_control
 from gcodesim.nc.control.modal import TipControl
-from gcodesim.nc.control.supply import ZERO
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
+from gcodesim.nc.program import ZERO
 
 TIP_CODES = (G.TIP, G.TIP_BY_VECTORS, G.TIP_OF_HAAS)
 
