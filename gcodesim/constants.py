@@ -50,8 +50,8 @@ MAX_BLOCKS = 100_000_000
 
 MAX_REPEATED_BLOCKS = 5_000_000
 """Blocks beyond the lines of all texts, so repeated by loops, calls and cycles, after which
-interpretation ends unless told otherwise: endless loops end within a minute and some 1.3 GB. An
-honest program of more is told how to raise it."""
+interpretation ends unless told otherwise: endless loops end within a minute and some 1.3 GB. The
+finding says how to raise it."""
 
 TRAVEL_SLACK = 1.0e-6
 """Travel may be exceeded by this without a finding, by a linear joint [mm] and a rotary one [deg]:

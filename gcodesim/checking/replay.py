@@ -42,7 +42,7 @@ class Replay:
     """A checked program with its motion.
 
     Attributes:
-        lines: the lines of all texts, one behind the other.
+        lines: the lines of all texts, one after the other.
         files: name of every text, and the number of lines before it; the main program first.
         clearance: replaced that of every pair [mm]; None: as the machine file says.
     """

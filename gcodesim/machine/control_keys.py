@@ -76,7 +76,7 @@ def _left_out(rows: Mapping[str, Any]) -> str:
 
 
 if TYPE_CHECKING:
-    # No checker follows a class made while the program runs, and nobody asks this one for a key.
+    # No checker follows a class made while the program runs, and no code asks this one for a key.
     ControlKeys = Section
 else:
     ControlKeys = _section_of(Readings, ROWS)

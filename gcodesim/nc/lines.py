@@ -15,7 +15,7 @@ CHUNK = 1 << 22
 """Bytes looked at in one step: small enough for its arrays to stay small."""
 
 LEADER = b"\x00\x7f"
-"""Tape leader: NUL and DEL before the first block and behind the last are no text."""
+"""Tape leader: NUL and DEL before the first block and after the last are ignored."""
 
 
 def decode(data: bytes) -> str:

@@ -133,7 +133,7 @@ class Recorder:
         return rows
 
     def _frames(self) -> NDArray[np.uint8]:
-        """Return the frame of every command; switches behind the last one count no more."""
+        """Return the frame of every command; switches after the last one do not count."""
         rows, frames = zip(*self._switches, strict=True)
         bounds = np.minimum([*rows, len(self)], len(self))
         return np.repeat(np.array(frames, np.uint8), np.diff(bounds))

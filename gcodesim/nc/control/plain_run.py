@@ -290,7 +290,7 @@ class PlainRun:
         return points[i] if i in points else np.full(self.count, self.state.point[i])
 
     def _before(self, i: int, points: dict[int, Floats]) -> Floats:
-        """Return the program coordinate of an axis before every line, and behind the last."""
+        """Return the program coordinate of an axis before every line, and after the last."""
         return np.concatenate(([self.state.point[i]], self._column(i, points)))
 
     def _lengths(self, letter: str) -> Floats:

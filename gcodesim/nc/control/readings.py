@@ -76,7 +76,7 @@ class Readings:
     arc: ArcTolerance = field(
         default_factory=ArcTolerance, metadata={"meaning": "tolerances of arc words", "rules": {}}
     )
-    comma_corners: bool = _key("`,R` and `,C` round and chamfer the corner behind a block", True)
+    comma_corners: bool = _key("`,R` and `,C` round and chamfer the corner after a block", True)
     feed_forgotten: Literal["change", "always"] = _key(
         "G93 G94 G95 forget F where they change the mode, or always", "change"
     )

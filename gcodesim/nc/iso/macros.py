@@ -137,7 +137,7 @@ class Macros:
         if word in ("CALL", "SUB", "ENDSUB", "RETURN"):
             self._sub(statement, word, partner)
         elif word in ("IF", "ELSEIF", "ELSE"):
-            # ELSEIF and ELSE are met from above, behind the branch that ran.
+            # ELSEIF and ELSE are met from above, after the branch that ran.
             at = self._branch(line) if word == "IF" else self._end_of_if(line)
             flow.index = at + 1
         elif word == "WHILE" and partner > line:

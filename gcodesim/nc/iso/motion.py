@@ -21,7 +21,7 @@ MOTIONS = (Motion.RAPID, Motion.FEED, Motion.CLOCKWISE, Motion.COUNTER_CLOCKWISE
 VECTORS = TipControl.VECTORS
 
 MOST_TURNS = 1_000_000
-"""Largest P of an arc; nobody cuts a thread of more turns."""
+"""Largest P of an arc; no thread has more turns."""
 
 
 def axis_values(state: IsoState, block: Block) -> dict[int, float]:

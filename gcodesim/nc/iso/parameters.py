@@ -48,7 +48,7 @@ class Parameters:
         state: where system parameters are read from.
         rules: of the language of the macros.
         local: parameters of the call that is running.
-        undefined: told of the number of a parameter that is read before it was given a value.
+        undefined: called with the number of a parameter that is read before it was given a value.
     """
 
     def __init__(self, state: IsoState) -> None:
@@ -61,7 +61,7 @@ class Parameters:
         """Return a numbered parameter; None when it is vacant.
 
         Raises:
-            ExpressionError: there is none with this number, or nobody knows its value.
+            ExpressionError: there is none with this number, or its value is not known.
         """
         # What was given a value is found by it: 1.0 and 1 are the same key.
         for known in (self.local.numbers, self._globals.numbers):

@@ -19,7 +19,7 @@ DIGIT, POINT, SIGN, LETTER, END, OTHER = range(6)
 """Kinds of characters; all but digits are marks, between which the digits stand."""
 
 DIGITS = 8
-"""Digits before or behind the point that one 64-bit word holds."""
+"""Digits before or after the point that one 64-bit word holds."""
 
 CODES = np.array([0.0, 1.0, 2.0, 3.0, 73.0, 74.0, 81.0, 82.0, 83.0, 84.0, 85.0, 86.0, 89.0])
 """G codes of plain blocks: lines, arcs, and cycles that a run of holes may repeat."""
@@ -72,7 +72,7 @@ def scan(
     Args:
         lines: the text.
         first: index of the first line.
-        last: index behind the last.
+        last: index after the last.
         axes: axis letters of the machine.
         ignored: letters that are dropped and counted.
         shortest: lines of the shortest run.
@@ -81,7 +81,7 @@ def scan(
     # Eight characters in front let every number be read as a whole word.
     text = b"0" * DIGITS + data.translate(CAPITALS, BLANKS)
     kinds = np.frombuffer(text.translate(KINDS), np.uint8)
-    # A line end before the first line and two behind the last spare all special cases.
+    # A line end before the first line and two after the last spare all special cases.
     marks = np.concatenate(
         ([DIGITS - 1], np.flatnonzero(kinds != DIGIT), [len(text), len(text) + 1])
     )
@@ -113,7 +113,7 @@ def scan(
 def _values(
     text: bytes, marks: Ints, kind: NDArray[np.uint8], letter: Ints
 ) -> tuple[Floats, Bools]:
-    """Return the numbers behind the letters, and which of them are short enough to be exact."""
+    """Return the numbers after the letters, and which of them are short enough to be exact."""
     before = letter + (kind[letter + 1] == SIGN)
     point = kind[before + 1] == POINT
     begin, middle, end = marks[before], marks[before + 1], marks[before + point + 1]
@@ -131,9 +131,9 @@ def _values(
     if len(long):
         scale = POWERS[part_count[long]]
         whole = _digits(eights[middle[long] - DIGITS] & LAST[whole_count[long]])
-        behind = _digits(eights[end[long] - DIGITS] & LAST[part_count[long]])
-        value[long] = (whole * scale + behind) / scale
-    # The character behind the letter is a minus only where there is a sign.
+        decimals = _digits(eights[end[long] - DIGITS] & LAST[part_count[long]])
+        value[long] = (whole * scale + decimals) / scale
+    # The character after the letter is a minus only where there is a sign.
     negative = np.frombuffer(text, np.uint8)[marks[letter] + 1] == ord("-")
     np.negative(value, out=value, where=negative)
     return value, exact

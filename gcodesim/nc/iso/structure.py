@@ -205,7 +205,7 @@ def _o_word(
 
 
 def _branch(structure: Structure, opening: int, index: int) -> None:
-    """Hang a branch behind the last one of its IF."""
+    """Hang a branch after the last one of its IF."""
     while opening in structure.next_branch:
         opening = structure.next_branch[opening]
     structure.next_branch[opening] = index
