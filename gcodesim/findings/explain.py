@@ -30,10 +30,13 @@ ADVICE: dict[str, str] = {
     "GC404": "Correct end point, centre or radius; rounded posts may need `control: {arc: ...}`.",
     "GC405": "Program F before the first feed move, or start with --feed.",
     "GC406": "Correct the parameter or the expression; every control would stop here.",
-    "GC407": "Correct the call, the loop or the block number; put subprograms beside the program.",
+    "GC407": "Correct the call, the loop or the block number; every control would stop here.",
     "GC408": "Give the cycle its missing or wrong word.",
-    "GC409": "Give the offset in the setup file, or the tool in the tools file.",
+    "GC409": "Give the offset in the setup file, or the tool in the tools file: what follows was not "
+    "checked.",
     "GC410": "Correct the value of the word.",
+    "GC412": "Put the subprogram into the program, or beside it as Onnnn.nc: what follows was not "
+    "checked.",
     "GC420": "If the code moves no axis, list it: `control: {m_codes: {123: none}}`.",
     "GC421": "Give the tool a shape in the tools file; until then its pairs are not checked.",
     "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "

@@ -100,6 +100,7 @@ LANGUAGE = [
     Case("GC408", "G81 X10 F100"),
     Case("GC409", "G55"),
     Case("GC410", "G4 P-1"),
+    Case("GC412", "M98 P77"),
     Case("GC420", "M123"),
     Case("GC421", "T5 M6", machine=(NO_TOOL,)),
     Case("GC422", "G41 D1 G1 X1 F100"),

@@ -19,7 +19,7 @@ ARGUMENTS = {
 def call_program(state: IsoState, block: Block, number: int) -> None:
     """M98 P L; Fanuc writes the repeats before four digits of P too."""
     if "P" not in block.values:
-        raise block.error("subprogram_not_found", "M98 without P", "M98")
+        raise block.error("call_without_number", "M98 without P", "M98")
     program = block.whole("P")
     repeats = _repeats(block)
     if "L" not in block.values:
@@ -35,7 +35,7 @@ def split_number(number: int, reading: str) -> tuple[int, int]:
 def call_block(state: IsoState, block: Block, number: int) -> None:
     """M97 P L."""
     if "P" not in block.values:
-        raise block.error("block_not_found", "M97 without P", "M97")
+        raise block.error("call_without_number", "M97 without P", "M97")
     target = block.whole("P")
     state.request = CallBlock(target, _repeats(block))
 
@@ -48,7 +48,7 @@ def return_from_call(state: IsoState, block: Block, number: int) -> None:
 def call_macro(state: IsoState, block: Block, number: int) -> None:
     """G65 P L: the other words become local parameters of the macro."""
     if "P" not in block.values:
-        raise block.error("subprogram_not_found", "G65 without P", "G65")
+        raise block.error("call_without_number", "G65 without P", "G65")
     program, repeats = block.whole("P"), _repeats(block)
     arguments: dict[float, float | None] = {}
     sets, last = 0, -1

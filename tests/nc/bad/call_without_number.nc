@@ -1,0 +1,2 @@
+; call_without_number 2
+M98

@@ -1,2 +1,0 @@
-; subprogram_not_found 2
-M98
