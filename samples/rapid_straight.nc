@@ -1,5 +1,5 @@
 %
-O1019 (expect: PASS) (setup: clamp_in_the_way.yaml)
+O1019 (expect: PASS) (setup: clamp_in_the_way.yaml) (rapids: linear)
 (THE RAPID OF N120 PASSES THE CLAMP WHERE IT RUNS STRAIGHT)
 (ON A CONTROL THAT MOVES EVERY AXIS AT ITS OWN RATE Y ARRIVES EARLY, AND X RUNS INTO THE CLAMP)
 N10 G21 G17 G40 G49 G80

@@ -53,6 +53,7 @@ LAYERS = {
     "collision": TYPES | {"machine", "motion"},
     "checking.replay": TYPES | {"machine", "motion"},
     "checking.trace": TYPES | {"machine", "motion"},
+    "checking.variation": TYPES,
     "checking.evidence": TYPES | {"nc", "machine", "motion", "collision"},
     "checking.audit": TYPES | {"collision"},
     "checking.lint": TYPES | {"machine", "motion", "collision"},

@@ -215,6 +215,7 @@ def test_json_has_the_keys_of_the_schema() -> None:
         "ignored": [],
         "uncertified": [],
         "unchecked_by_rule": [],
+        "readings": [],
         "off_path": [],
     }
     touch = report["findings"][1]

@@ -12,6 +12,7 @@ from gcodesim.checking.verdict import (
     Coverage,
     FirstContact,
     LargestStep,
+    ReadingTaken,
     SmallestDistance,
 )
 from gcodesim.collision.bounds.leave_out import still_axes
@@ -26,8 +27,10 @@ from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.off_path import OffPath
 from gcodesim.motion.path import Path
+from gcodesim.motion.rapids import may_bend
 from gcodesim.motion.samples import Span, tool_spans
 from gcodesim.nc.control.interpreter import Interpretation
+from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 CUT_ROLES = frozenset({"part", "stock"})
@@ -241,6 +244,18 @@ def coverage(
             *(f"{a}-{b}: allowed, {reason}" for a, b, reason in machine.allowed),
         ),
         off_path=off_path,
+        readings=_readings(meaning, machine),
+    )
+
+
+def _readings(meaning: Interpretation, machine: Machine) -> tuple[ReadingTaken, ...]:
+    """The keys of the control that are not known and that the program depends on."""
+    met = list(meaning.readings)
+    if machine.readings.rapids == BOTH and (bent := may_bend(meaning.program)):
+        met.append(ReadingMet("rapids", *bent))
+    return tuple(
+        ReadingTaken(each.key, ways_of(each.key)[0], False, meaning.place(each.line)[1], each.count)
+        for each in met
     )
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from gcodesim.checking.options import Options
 from gcodesim.checking.replay import Replay
+from gcodesim.checking.variation import varied
 from gcodesim.checking.verdict import CheckResult
 from gcodesim.constants import PS_PER_S, TOLERANCE_MM
 from gcodesim.findings.codes import Finding
@@ -55,7 +56,7 @@ def check_program(
     progress: Callable[[float], None] = lambda fraction: None,
     notice: Callable[[str], None] = lambda line: None,
 ) -> CheckResult:
-    """Check one program on one machine.
+    """Check one program on one machine, in every way in which its control may read it.
 
     Args:
         text: the NC program.
@@ -68,6 +69,27 @@ def check_program(
     Raises:
         UsageError: the dialect or the device is not known.
     """
+    result = check_once(text, name, machine, options, progress, notice)
+    if not result.coverage.readings:
+        return result
+    # Another way of reading only has to show whether it hits something.
+    quick = replace(options, minimum=False, nearest=False, stop_all=False, audit=False)
+
+    def again(keys: Mapping[str, str]) -> CheckResult:
+        return check_once(text, name, machine.with_readings(**keys), quick)
+
+    return varied(result, again)
+
+
+def check_once(
+    text: str,
+    name: str,
+    machine: Machine,
+    options: Options,
+    progress: Callable[[float], None] = lambda fraction: None,
+    notice: Callable[[str], None] = lambda line: None,
+) -> CheckResult:
+    """Check one program with the first way of every reading; arguments as for check_program."""
     watch = Stopwatch()
     with watch.time("interpret"):
         control = control_for(machine, *options.language)

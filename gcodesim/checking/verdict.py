@@ -58,6 +58,22 @@ class FirstContact:
 
 
 @dataclass(frozen=True)
+class ReadingTaken:
+    """How a word was read that controls read in several ways, and what another way would give.
+
+    `value` is the way that the report is of; `verdict` is that of the other ways where the check
+    has tried them (`varied`); the key `together` is all of them changed at once.
+    """
+
+    key: str
+    value: str
+    varied: bool
+    line: int
+    count: int
+    verdict: str = ""
+
+
+@dataclass(frozen=True)
 class Coverage:
     """What was checked, and what was not.
 
@@ -72,6 +88,7 @@ class Coverage:
     uncertified: tuple[str, ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
     off_path: tuple[str, ...] = ()
+    readings: tuple[ReadingTaken, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -144,7 +161,10 @@ class CheckResult:
     @property
     def verdict(self) -> str:
         """pass, fail or inconclusive."""
-        return decide(self.findings, self.samples, len(self.coverage.pairs), self.fail_on)
+        own = decide(self.findings, self.samples, len(self.coverage.pairs), self.fail_on)
+        others = {reading.verdict for reading in self.coverage.readings if reading.varied}
+        # PASS and FAIL hold only if every way in which the program may be read gives them.
+        return own if others <= {own} else INCONCLUSIVE
 
     @property
     def shown(self) -> FirstContact | Finding | None:

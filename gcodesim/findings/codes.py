@@ -49,6 +49,7 @@ CODES: dict[str, Code] = {
     "GC423": Code("manual stop: what follows is up to the operator", "warning", INCONCLUSIVE),
     "GC424": Code("limit of blocks or time reached", "warning", INCONCLUSIVE),
     "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
+    "GC426": Code("reading that depends on the control", "warning", INCONCLUSIVE),
     "GC430": Code("worth knowing", "note", NOTED),
     "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
     "GC502": Code("links touch at rest", "warning", NOTED),

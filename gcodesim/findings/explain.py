@@ -32,8 +32,8 @@ ADVICE: dict[str, str] = {
     "GC406": "Correct the parameter or the expression; every control would stop here.",
     "GC407": "Correct the call, the loop or the block number; every control would stop here.",
     "GC408": "Give the cycle its missing or wrong word.",
-    "GC409": "Give the offset in the setup file, or the tool in the tools file: what follows was not "
-    "checked.",
+    "GC409": "Give the offset in the setup file, or the tool in the tools file; what follows was "
+    "not checked.",
     "GC410": "Correct the value of the word.",
     "GC412": "Put the subprogram into the program, or beside it as Onnnn.nc: what follows was not "
     "checked.",
@@ -44,6 +44,8 @@ ADVICE: dict[str, str] = {
     "GC423": "The operator moves the machine here; that cannot be checked from the program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
+    "GC426": "Controls read this in several ways, with different verdicts: look up the parameter, "
+    "and write the key under `control:` in the machine file.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
     "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",

@@ -42,6 +42,11 @@ reference: {{G28: {{{home}}}}}
 start: {{{home}}}
 
 # Left out, `pairs` are every two links with a moving joint between them, less neighbours.
+control:                     # what parameters of the control decide: look them up, or write `both`
+  rapids: linear             # linear: straight; dogleg: every axis at its own rate
+  g28_no_axes: all           # G28 without axis words: all | none go
+  length_after_reference: kept    # tool length after G28 G30 G53 of Z: kept | cancelled
+  length_change: next_move   # G43 or G49 without Z: the next_move brings it, or Z goes at_once
 path_tolerance: {{G64: null, rapid: null}}    # mm; null: exact path assumed, and the report says so
 """
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Machine
 from gcodesim.motion.joint_moves import Moves
-from gcodesim.nc.program import CanonicalProgram, Frame, Kind
+from gcodesim.nc.program import CanonicalProgram, Frame, Kind, starts_of_moves
 
 
 def doglegs(moves: Moves, program: CanonicalProgram, machine: Machine) -> Moves:
@@ -51,3 +51,12 @@ def _dogleg(
     """Joint positions at a time of a rapid, shape (m, joints)."""
     share = np.divide(time, arrival, out=np.ones_like(q0), where=arrival > time)
     return np.where(share >= 1.0, q1, q0 + share * (q1 - q0))
+
+
+def may_bend(program: CanonicalProgram) -> tuple[int, int] | None:
+    """Line of the first rapid move that a dogleg would bend, and how many there are."""
+    plain = (program.kind == Kind.RAPID) & (program.frame == Frame.MACHINE)
+    start = starts_of_moves(program)[plain]
+    several = np.count_nonzero(program.to[plain] != start, axis=1) > 1
+    lines = program.line[plain][several]
+    return (int(lines[0]), len(lines)) if len(lines) else None

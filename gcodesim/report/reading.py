@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 from gcodesim.checking.verdict import (
@@ -13,6 +13,7 @@ from gcodesim.checking.verdict import (
     Coverage,
     FirstContact,
     LargestStep,
+    ReadingTaken,
     SmallestDistance,
 )
 from gcodesim.errors import UsageError
@@ -71,6 +72,9 @@ def result_of(report: dict[str, Any]) -> CheckResult:
         values[name] = tuple(_made(kind, value) for value in report[name])
     for name, kind in SINGLE.items():
         values[name] = _made(kind, report[name]) if report[name] else None
+    coverage = values["coverage"]
+    taken = tuple(_made(ReadingTaken, dict(entry)) for entry in report["coverage"]["readings"])
+    values["coverage"] = replace(coverage, readings=taken)
     times = tuple((entry["tool"], entry["time_s"]) for entry in report["tool_times"])
     return CheckResult(**values | {"tool_times": times, "findings": _findings(report)})
 

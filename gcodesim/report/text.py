@@ -8,7 +8,14 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
-from gcodesim.checking.verdict import CONTRACT, PASS, CheckResult, FirstContact, effect_at
+from gcodesim.checking.verdict import (
+    CONTRACT,
+    PASS,
+    CheckResult,
+    FirstContact,
+    ReadingTaken,
+    effect_at,
+)
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
 from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import RunOutcome
@@ -219,3 +226,11 @@ def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:
     yield "not certified", coverage.uncertified
     yield "not checked by rule", coverage.unchecked_by_rule
     yield "off the path", coverage.off_path
+    yield "read as", tuple(map(_reading, coverage.readings))
+
+
+def _reading(reading: ReadingTaken) -> str:
+    """One line: how a word was read, where, and what the other ways would give."""
+    times = f" and {reading.count - 1} more" if reading.count > 1 else ""
+    other = f"; the other way: {reading.verdict.upper()}" if reading.varied else ""
+    return f"{reading.key}: {reading.value} (line {reading.line}{times}{other})"

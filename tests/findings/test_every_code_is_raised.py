@@ -107,6 +107,12 @@ LANGUAGE = [
     Case("GC423", "S1 M3\nG88 X1 Z-1 R1 P1 F100\nG80"),
     Case("GC424", "G0 X1\nX2\nX3", options=gcodesim.Options(device="cpu", max_blocks=3)),
     Case("GC425", "G0 X#7"),
+    Case(
+        "GC426",
+        "G0 X-60\nG0 X60 Z-30",
+        machine=(("work:", "control: {rapids: both}\nwork:"),),
+        bodies=block("fixture"),
+    ),
     Case("GC430", "G1 X10 F100"),
 ]
 POLICY = [

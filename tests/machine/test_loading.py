@@ -71,7 +71,7 @@ def test_the_control_reads_programs_as_the_file_says(changed):
 
 def test_keys_of_motion(changed):
     plain = load_machine(changed("name: tiny", "name: tiny"))
-    assert (plain.readings.rapids, plain.time) == ("linear", "constant")
+    assert (plain.readings.rapids, plain.time) == ("both", "constant")
     assert [j.servo for j in plain.joints] == [None] * 5
     limits = ", rapid: 24000, max_acceleration: 3000, max_jerk: 6e4"
     moving = changed("[0, -1, 0], limits: [-200, 200], rapid: 24000",

@@ -15,6 +15,7 @@ from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.language_base import Language, Line
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.program_flow import AllLines, Source
+from gcodesim.nc.control.readings import ReadingMet
 from gcodesim.nc.control.runs import Runs
 from gcodesim.nc.program import CanonicalProgram
 
@@ -30,6 +31,7 @@ class Interpretation:
         last_line: line of the last block interpreted, 0 when there is none.
         ignored: letters and codes dropped by the machine file: "word E (34148 times)".
         unsupported: codes that were not followed: "G41 line 12".
+        readings: keys of the readings that are not known and that the program depends on.
         stopped: a finding ended interpretation before the program's end.
         lines: the lines of all texts, one after the other; line n is lines[n - 1].
         files: name of every text, and the number of lines before it; the main program first.
@@ -41,6 +43,7 @@ class Interpretation:
     last_line: int
     ignored: tuple[str, ...]
     unsupported: tuple[str, ...]
+    readings: tuple[ReadingMet, ...]
     stopped: bool
     lines: Sequence[str]
     files: tuple[tuple[str, int], ...]
@@ -80,6 +83,7 @@ class Interpreter(Generic[Line]):
                 f"{what} ({count} time{'s' * (count > 1)})" for what, count in state.ignored.items()
             ),
             unsupported=tuple(state.unsupported),
+            readings=tuple(state.met.values()),
             stopped=stopped,
             lines=AllLines(sources) if len(sources) > 1 else sources[0].lines,
             files=tuple((source.file, source.first) for source in sources),

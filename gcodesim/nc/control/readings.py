@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
-from typing import Any, Literal
+from functools import cache
+from typing import Any, Literal, get_args, get_type_hints
 
 from gcodesim.errors import UsageError
 
@@ -56,7 +57,7 @@ class Readings:
     dialect: Dialect
     program_unit: Literal["mm", "inch"] = _key("unit of lengths until G20 or G21", "mm")
     cycle_return: Literal["G98", "G99"] = _key("return level of cycles until G98 or G99", "G98")
-    rapids: Literal["linear", "dogleg"] = _key(
+    rapids: Literal["linear", "dogleg", "both"] = _key(
         "way of a rapid move: straight, or every axis at its own rate; ask the builder", "linear"
     )
     dwell_p: Literal["ms", "s", "point"] = _key(
@@ -71,6 +72,17 @@ class Readings:
         "way off the wall of G76 and G87 with Q, in G17; +X is the first axis of another plane, "
         "+Y the second",
         "+X",
+    )
+    g28_no_axes: Literal["all", "none", "both"] = _key(
+        "G28 and G30 without axis words: every axis goes, or none does", "all"
+    )
+    length_after_reference: Literal["kept", "cancelled", "both"] = _key(
+        "tool length after G28, G30 or G53 has moved its axis", "kept"
+    )
+    length_change: Literal["next_move", "at_once", "both"] = _key(
+        "G43, G44, G49 or H without a word of the length axis: the next move brings the change, or "
+        "the axis moves at once",
+        "next_move",
     )
     r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
     arc: ArcTolerance = field(
@@ -122,10 +134,21 @@ class Readings:
     )
 
 
+BOTH: Literal["both"] = "both"
+"""Value of a key that is not known: the first way is taken, and the check varies it."""
+
 ROWS: dict[str, Readings] = {
-    "fanuc": Readings(dialect="fanuc"),
+    "fanuc": Readings(
+        dialect="fanuc",
+        rapids=BOTH,
+        g28_no_axes=BOTH,
+        length_after_reference=BOTH,
+        length_change=BOTH,
+    ),
     "haas": Readings(
         dialect="haas",
+        rapids=BOTH,
+        length_after_reference=BOTH,
         dwell_p="point",
         r_and_ijk="error",
         g10_l20="additional",
@@ -150,6 +173,27 @@ ROWS: dict[str, Readings] = {
         macros="linuxcnc",
     ),
 }
+
+
+@cache
+def ways_of(key: str) -> tuple[str, ...]:
+    """Return the ways a key may be read, the one that is taken first in front."""
+    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way != BOTH)
+
+
+@dataclass(slots=True)
+class ReadingMet:
+    """A key that is not known, and where a program depends on it.
+
+    Attributes:
+        key: field of Readings.
+        line: row of the first line that depends on it.
+        count: how often.
+    """
+
+    key: str
+    line: int
+    count: int = 1
 
 
 def choose_readings(dialect: str, given: Mapping[str, Any] | None = None) -> Readings:

@@ -10,6 +10,7 @@ from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.frames import WORK, Frames, Level
 from gcodesim.nc.control.modal import Modal, TipControl
 from gcodesim.nc.control.place import Place, ProgramError
+from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
 from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
 from gcodesim.nc.control.tips import (
     axis_positions,
@@ -80,6 +81,7 @@ class State:
         unsupported: what was not followed, with its line.
         offsets, tools, reference: tables of the control, as the program has changed them.
         blocks, last_line: lines that count as blocks, and the row of the last; see Language.run.
+        met: keys of the readings that are not known and matter here, in the order met.
         ended: the program has come to its end.
         corner: a corner that waits for the move after it.
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
@@ -111,6 +113,7 @@ class State:
         self.holes = 0
         self.unfollowed: dict[str, str] = {}
         self.blocks = self.last_line = 0
+        self.met: dict[str, ReadingMet] = {}
         self.ended = False
         self._findings: dict[tuple[str, str], tuple[Finding, int]] = {}
 
@@ -244,6 +247,15 @@ class State:
         what = next(iter(self.unfollowed.values()))
         self.unsupported.append(f"{what.partition(' ')[0]} line {self.place.line}")
         return self.place.error("unknown_g", what)
+
+    def reading(self, key: str) -> str:
+        """Return how a key is read where the program depends on it; the first way if not known."""
+        value: str = getattr(self.control.readings, key)
+        if value != BOTH:
+            return value
+        met = self.met.setdefault(key, ReadingMet(key, self.place.row, 0))
+        met.count += 1
+        return ways_of(key)[0]
 
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""

@@ -27,6 +27,8 @@ class IsoState(State):
         work: the work offset in force.
         g92: offset of G92 or G52 in force; g92_kept: what G92.2 laid aside for G92.3.
         mirrors: axis index -> coordinate of the mirror plane [mm].
+        is_length_cancelled: the length axis has stood at the reference point or in machine
+            coordinates since the tool length came into force; some controls cancel it there.
         request: what the block asks of the program flow, carried out after it.
         stop_request: number and value of a system parameter that stops the program.
     """
@@ -38,6 +40,7 @@ class IsoState(State):
         self.g92: list[float] = list(ZERO)
         self.g92_kept: list[float] = list(ZERO)
         self.mirrors: dict[int, float] = {}
+        self.is_length_cancelled = False
         self.request: Request | None = None
         self.stop_request: tuple[int, float] | None = None
         self.work = self.first_offset()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from gcodesim.nc.control import moves
 from gcodesim.nc.control.arcs import Point
@@ -12,7 +13,7 @@ from gcodesim.nc.control.state import INCH, Edge
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
-from gcodesim.nc.program import AXES, PLANES, Kind
+from gcodesim.nc.program import AXES, PLANES, Frame, Kind
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
 
@@ -36,12 +37,30 @@ def axis_values(state: IsoState, block: Block) -> dict[int, float]:
 
 def target(state: IsoState, block: Block) -> list[float]:
     """Return the program point the axis words name; letters left out keep their value."""
+    if state.is_length_cancelled and "Z" in block.values:
+        _length_after_reference(state)
     point = moves.point_to(state, axis_values(state, block))
     if state.codes.polar:
         _apply_polar(state, block, point)
     if state.modal.tip_control is VECTORS:
         _apply_vector(state, block, point)
     return point
+
+
+def _length_after_reference(state: IsoState) -> None:
+    """Let the tool length go, before the first Z word after a reference point, if it is gone."""
+    if state.modal.incremental:
+        return
+    state.is_length_cancelled = False
+    if state.reading("length_after_reference") == "cancelled":
+        state.frames.tool = [*state.frames.tool[:2], 0.0, *state.frames.tool[3:]]
+        state.reframe()
+
+
+def leave_length(state: IsoState, named: Iterable[int]) -> None:
+    """Remember that the length axis was told to go where some controls cancel the length."""
+    if 2 in named and state.frames.tool[2] and state.frame is Frame.MACHINE:
+        state.is_length_cancelled = True
 
 
 def _apply_vector(state: IsoState, block: Block, point: list[float]) -> None:
@@ -96,6 +115,7 @@ def straight(state: IsoState, block: Block, number: int) -> None:
     kind = Kind.FEED if number else Kind.RAPID
     if block.has("G", G.MACHINE_COORDINATES):
         moves.straight_to_axes(state, kind, _machine_target(state, block))
+        leave_length(state, axis_values(state, block))
         return
     edge = None
     if block.corner[0]:
@@ -172,6 +192,8 @@ def return_to_reference(state: IsoState, block: Block, number: int) -> None:
     named = [letter for letter in state.control.axes if letter in block.values]
     if not named:
         state.report("g28_without_axes", f"{code} without axis words", code, subject=code)
+        if state.reading("g28_no_axes") == "none":
+            return
         named = list(state.control.axes)
     if block.values.get("P", 2.0) != 2.0:
         raise block.error("reference_not_found", f"{code} P{block.values['P']:g}", "P")
@@ -180,3 +202,4 @@ def return_to_reference(state: IsoState, block: Block, number: int) -> None:
         raise block.error("reference_not_found", f"{code} {missing[0]}", missing[0])
     ends = {INDEX[letter]: reference[letter] for letter in named}
     moves.through(state, target(state, block), ends)
+    leave_length(state, ends)

@@ -97,8 +97,8 @@ class IsoReader(Language[Block]):
         return scan(lines, first, last, self.control.axes, self._ignored, shortest)
 
     def is_plain(self) -> bool:
-        """Tell whether axis words are points; under G16 they are radius and angle."""
-        return not self.state.codes.polar
+        """Tell whether axis words are points, with the tool length that is in force."""
+        return not self.state.codes.polar and not self.state.is_length_cancelled
 
     def next_hole(self) -> Hole | None:
         """Return what the cycle in force does at the next point."""

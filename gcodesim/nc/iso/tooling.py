@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from gcodesim.nc.control import tool_changes
 from gcodesim.nc.control.five_axes import follows, set_tip_control
-from gcodesim.nc.control.modal import TipControl
+from gcodesim.nc.control.modal import Motion, TipControl
+from gcodesim.nc.control.moves import feed_of, move
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
-from gcodesim.nc.program import ZERO
+from gcodesim.nc.program import ZERO, Frame, Kind
 
 TIP_CODES = (G.TIP, G.TIP_BY_VECTORS, G.TIP_OF_HAAS)
 
@@ -45,7 +46,7 @@ def set_tool_length(state: IsoState, block: Block, number: int) -> None:
         value = [-v for v in value]
     elif number == G.LENGTH_ADDED:
         value = [old + v for old, v in zip(state.frames.tool, value, strict=True)]
-    _set_tool_offset(state, value, number)
+    _set_tool_offset(state, value, number, "Z" not in block.values)
 
 
 def set_tool_length_words(state: IsoState, block: Block, number: int) -> None:
@@ -54,16 +55,35 @@ def set_tool_length_words(state: IsoState, block: Block, number: int) -> None:
     if not values:
         raise block.error("axis_missing", "G43.1 without axis words", "G43.1")
     value = [values.get(i, old) for i, old in enumerate(state.frames.tool)]
-    _set_tool_offset(state, value, number)
+    _set_tool_offset(state, value, number, False)
 
 
-def _set_tool_offset(state: IsoState, value: list[float], number: int) -> None:
-    codes = state.codes
+def _set_tool_offset(state: IsoState, value: list[float], number: int, alone: bool) -> None:
+    """Put a tool offset into force; `alone`: its block does not tell the length axis to move."""
+    codes, before = state.codes, state.frames.tool[2]
     codes.length = number
     kept = M428 if codes.tip == M428 else 0
     followed = state.control.kinematics is not None
     codes.tip = number if number in TIP_CODES and followed else kept
     tool_changes.set_length(state, value, _tips(codes.tip))
+    _change_length(state, value[2] - before, alone)
+
+
+def _change_length(state: IsoState, change: float, alone: bool) -> None:
+    """Move the length axis by a change of the tool length, where the control does so at once.
+
+    Where the length was cancelled at a reference point, nothing of it is left to move.
+    """
+    was_cancelled, state.is_length_cancelled = state.is_length_cancelled, False
+    if not change or not alone or was_cancelled or state.frame is not Frame.MACHINE:
+        return
+    if state.reading("length_change") == "at_once":
+        position = state.position.copy()
+        position[2] += change
+        rapid = state.modal.motion in (Motion.RAPID, Motion.NONE)
+        f = 0.0 if rapid else feed_of(state)
+        move(state, Kind.RAPID if rapid else Kind.FEED, position, f)
+        state.point = state.frames.program(position)
 
 
 def _tips(code: int) -> TipControl:
@@ -108,4 +128,6 @@ def cancel_tool_centre_point(state: IsoState, block: Block, number: int) -> None
     state.codes.length = number
     set_tip_control(state, TipControl.OFF)
     if any(state.frames.tool):
+        change = -state.frames.tool[2]
         tool_changes.set_length(state, list(ZERO), TipControl.OFF)
+        _change_length(state, change, "Z" not in block.values)
