@@ -7,6 +7,7 @@ import pytest
 import gcodesim
 from gcodesim.checking.flow import check_program
 from gcodesim.machine.loading import load_machine
+from gcodesim.policy.policy import Policy
 
 HEAD = "G21 G90 G17 G54 G0\nT1 M6\n"
 KNOWN = {
@@ -110,3 +111,16 @@ def test_a_key_that_is_given_is_not_varied(way):
     result = check("G43 H1\nG0 Z250", length_change=way)
     assert result.coverage.readings == ()
     assert replace(result.coverage, readings=()) == result.coverage
+
+
+IGNORED = """(gcodesim: ignore GC102 reason=tried on the machine)"""
+
+
+def test_what_is_ignored_in_one_way_is_ignored_in_the_others():
+    text = f"G0 X10 Y10\nG53 G0 Z-480 {IGNORED}\nG53 Z0"
+    machine = load_machine("table_tilt").with_readings(**{**KNOWN, "rapids": "both"})
+    options = replace(OPTIONS, stop_all=True)
+    source = f"{HEAD}{text}\nM30\n"
+    result = check_program(source, "part.nc", machine, options)
+    assert (result.verdict, taken(result)["rapids"]) == ("fail", ("linear", "fail"))
+    assert Policy().apply(result, source, stop_all=True).verdict == "pass"

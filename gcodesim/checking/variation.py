@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from gcodesim.checking.verdict import PASS, CheckResult, ReadingTaken
 from gcodesim.findings.codes import FAIL, Finding
+from gcodesim.findings.fingerprints import likeness
 from gcodesim.findings.meanings import MEANINGS
 from gcodesim.nc.control.readings import ways_of
 
@@ -31,17 +32,32 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
     for reading in first.coverage.readings:
         others = {way: again({reading.key: way}) for way in ways_of(reading.key)[1:]}
         changed[reading.key] = next(iter(others))
-        readings.append(replace(reading, varied=True, verdict=_verdict(first, others)))
+        agrees = all(_agrees(first, result) for result in others.values())
+        verdict = _verdict(first, others)
+        readings.append(replace(reading, varied=True, verdict=verdict, agrees=agrees))
         findings += _differences(first, reading, others)
     if len(changed) > 1:
         result = again(changed)
         line = min(reading.line for reading in readings)
-        all_keys = ReadingTaken(TOGETHER, ", ".join(changed), True, line, 1, result.verdict)
+        agrees, verdict = _agrees(first, result), result.verdict
+        all_keys = ReadingTaken(TOGETHER, ", ".join(changed), True, line, 1, verdict, agrees)
         readings.append(all_keys)
         if result.verdict != first.verdict and len(findings) == len(first.findings):
             findings.append(_difference(first, all_keys, "the other way", result))
     coverage = replace(first.coverage, readings=tuple(readings))
     return replace(first, findings=tuple(findings), coverage=coverage)
+
+
+def _agrees(first: CheckResult, other: CheckResult) -> bool:
+    """Tell whether another way gives the same verdict, for nothing that the first has not found.
+
+    What is ignored in the first result is then ignored in the other too.
+    """
+    found, known = (
+        {likeness(finding) for finding in result.findings if finding.effect == FAIL}
+        for result in (other, first)
+    )
+    return other.verdict == first.verdict and found <= known
 
 
 def _verdict(first: CheckResult, others: Mapping[str, CheckResult]) -> str:

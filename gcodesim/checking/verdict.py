@@ -62,7 +62,8 @@ class ReadingTaken:
     """How a word was read that controls read in several ways, and what another way would give.
 
     `value` is the way that the report is of; `verdict` is that of the other ways where the check
-    has tried them (`varied`); the key `together` is all of them changed at once.
+    has tried them (`varied`), before anything was ignored; `agrees`: they find nothing that the
+    first way does not find. The key `together` is all of them changed at once.
     """
 
     key: str
@@ -71,6 +72,7 @@ class ReadingTaken:
     line: int
     count: int
     verdict: str = ""
+    agrees: bool = True
 
 
 @dataclass(frozen=True)
@@ -162,9 +164,9 @@ class CheckResult:
     def verdict(self) -> str:
         """pass, fail or inconclusive."""
         own = decide(self.findings, self.samples, len(self.coverage.pairs), self.fail_on)
-        others = {reading.verdict for reading in self.coverage.readings if reading.varied}
         # PASS and FAIL hold only if every way in which the program may be read gives them.
-        return own if others <= {own} else INCONCLUSIVE
+        readings = self.coverage.readings
+        return own if all(r.agrees or r.verdict == own for r in readings) else INCONCLUSIVE
 
     @property
     def shown(self) -> FirstContact | Finding | None:
