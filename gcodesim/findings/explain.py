@@ -27,6 +27,8 @@ ADVICE: dict[str, str] = {
     "GC401": "Correct the block as the finding says; every control would refuse it.",
     "GC402": "What follows was not checked: post without the code, or list it in the machine file "
     "when it moves nothing.",
+    "GC403": "Nothing was read: post the program for this control, or name the language it is in "
+    "with --dialect.",
     "GC404": "Correct end point, centre or radius; rounded posts may need `control: {arc: ...}`.",
     "GC405": "Program F before the first feed move, or start with --feed.",
     "GC406": "Correct the parameter or the expression; every control would stop here.",
@@ -44,6 +46,8 @@ ADVICE: dict[str, str] = {
     "GC423": "The operator moves the machine here; that cannot be checked from the program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
+    "GC426": "Controls read this in several ways, with different verdicts: look up the parameter, "
+    "and write the key under `control:` in the machine file.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
     "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",

@@ -16,10 +16,12 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "stray_percent": ("GC401", "% opens the program on its first line and ends it later"),
     "unused_word": ("GC401", "no code of this block uses the letter; remove it or add its code"),
     "axis_without_motion": ("GC401", "axis words need G0, G1, G2 or G3, in the block or active"),
+    "start_motion_open": ("GC426", "write start_motion: G0, or G1, under control:"),
     "axis_missing": ("GC401", "the code needs at least one axis word"),
     # What gcodesim does not follow.
     "unknown_g": ("GC402", "gcodesim does not follow this code, so nothing behind it is checked"),
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
+    "other_language": ("GC403", "name the control with --dialect, or post for this one"),
     "macro_unsupported": ("GC402", "o-words belong to the dialect linuxcnc"),
     "parameter_unknown": ("GC402", "gcodesim does not know what the control keeps there"),
     "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),

@@ -53,8 +53,8 @@ class Checks:
                 self._known[key] = todo, block.moves
             return todo
         todo, block.moves = known
-        if "N" in values and not _is_block_number(values["N"]):
-            raise block.error("integer_expected", f"N{values['N']:g}", "N")
+        if "N" in values:
+            self._check_block_number(block, values["N"])
         return todo
 
     def _check(self, block: Block) -> list[Row]:
@@ -75,6 +75,8 @@ class Checks:
         if len(takers) > 1:
             what = f"{takers[0].name} and {takers[1].name} both take axis words"
             raise block.error("modal_conflict", what, takers[1].name)
+        if axis_words and not takers and not motion:
+            self._begin_motion()
         active = motion or self._active(rows)
         vectors = active.action == "straight" and self._takes_vectors(block)
         if not takers:
@@ -100,6 +102,17 @@ class Checks:
             return self.codes["G", state.codes.cycle]
         motion = state.modal.motion
         return NO_MOTION if motion is Motion.NONE else self.codes["G", motion_code(motion)]
+
+    def _begin_motion(self) -> None:
+        """Put the motion code into force that the control starts with, if none is."""
+        state, readings = self.state, self.state.control.readings
+        if state.modal.motion is not Motion.NONE or state.codes.cycle or readings.g80 == "motion":
+            return
+        feeds = readings.start_motion == "G1"
+        state.modal.motion = Motion.FEED if feeds else Motion.RAPID
+        if readings.start_motion == "both":
+            what = "axis words before any motion code; the control starts in G0 or in G1"
+            state.report("start_motion_open", what)
 
     def _agreeing_rows(self, block: Block) -> list[Row]:
         """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
@@ -148,9 +161,11 @@ class Checks:
             if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
                 meaning = unclaimed if is_axis else "unused_word"
                 raise block.error(meaning, f"{letter}{value:g}", letter)
-            if letter == "N" and not _is_block_number(value):
-                raise block.error("integer_expected", f"N{value:g}", "N")
+            if letter == "N":
+                self._check_block_number(block, value)
 
-
-def _is_block_number(value: float) -> bool:
-    return value >= 0 and value == value // 1
+    def _check_block_number(self, block: Block, value: float) -> None:
+        """Refuse a negative number, and a fraction where o-words do not replace block numbers."""
+        whole = value == value // 1 or self.state.control.readings.dialect == "linuxcnc"
+        if value < 0 or not whole:
+            raise block.error("integer_expected", f"N{value:g}", "N")

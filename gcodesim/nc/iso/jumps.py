@@ -10,7 +10,7 @@ from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
 from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
-from gcodesim.nc.lines import Lines
+from gcodesim.nc.iso.tape import opening
 
 FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
 
@@ -45,7 +45,7 @@ class Jumps:
 
     def _read(self, source: Source) -> None:
         """Find the structure of a text."""
-        source.begin, opened = _opening_percent(source.lines)
+        source.begin, opened = opening(source.lines, tape=self.state.control.readings.tape)
         if opened:
             self._opened.add(source.first)
         self.structures[source.first] = Structure(len(source.lines))
@@ -55,7 +55,7 @@ class Jumps:
         source.end = structure.end
 
     def is_opened(self, source: Source) -> bool:
-        """Tell whether a text began with %."""
+        """Tell whether a % ends a text."""
         return source.first in self._opened
 
     def carry_out(self, request: Request, block: Block) -> None:
@@ -183,12 +183,3 @@ class Jumps:
                 place = f"{source.file}:{error.line + 1}"
                 raise FlowError("block_structure", f"{place}: {error}") from None
         return source
-
-
-def _opening_percent(lines: Lines) -> tuple[int, bool]:
-    """Return the index of the first line to run, and whether a % stands before it."""
-    for index, line in enumerate(lines):
-        if line.strip():
-            opened = line.strip() == "%"
-            return index + 1 if opened else index, opened
-    return len(lines), False

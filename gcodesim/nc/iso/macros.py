@@ -12,7 +12,7 @@ from gcodesim.nc.iso.jumps import Jumps
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import ALARM, ExpressionError, Parameters
 from gcodesim.nc.iso.statements import Statement, assign, parse
-from gcodesim.nc.iso.structure import compact
+from gcodesim.nc.iso.tape import compact
 from gcodesim.nc.program import Kind
 
 ALONE = frozenset({"CALL", "RETURN", "ELSEIF", "ELSE"})

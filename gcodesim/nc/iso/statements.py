@@ -18,6 +18,9 @@ O_KEYWORD = re.compile(
     r"SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT|ENDREPEAT|BREAK|CONTINUE"
 )
 LOOP = re.compile(r"(DO|END)([0-9]+)$")
+OUTPUT = re.compile(r"POPEN|PCLOS|[BD]PRNT\[.*\]$")
+"""Output to a printer or file, which moves nothing."""
+
 VALUED = frozenset({"IF", "ELSEIF", "WHILE", "REPEAT"})
 """O-words that take one value."""
 
@@ -71,6 +74,8 @@ def parse(text: str, rules: MacroRules) -> Statement:
         elif text.startswith("GOTO", at):
             parser.at += 4
             statement.control, statement.to = "GOTO", parser.value()
+        elif not rules.o_words and (match := OUTPUT.match(text, at)):
+            parser.at = match.end()
         elif match := LOOP.match(text, at):
             parser.at = match.end()
             statement.control, statement.label = match[1], match[2]

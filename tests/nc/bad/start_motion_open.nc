@@ -1,0 +1,4 @@
+; start_motion_open 2
+X1
+Z2
+M30
