@@ -104,6 +104,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "program_end_missing": ("GC430", "end the program with M30, M2 or a closing %"),
     "g28_without_axes": ("GC430", "every axis goes to the reference point"),
     "spindle_off_feed": ("GC430", "reported once; start the spindle with M3 or M4 before"),
+    "dialect_told": ("GC430", "--dialect, or the machine file, may name another"),
     "exact_path_assumed": ("GC430", "gcodesim follows the exact path; a control rounds corners"),
 }
 """What the blocks of a program can be refused for, or make worth knowing."""

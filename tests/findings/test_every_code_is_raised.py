@@ -93,6 +93,7 @@ DISTANCES_AND_LIMITS = [
 LANGUAGE = [
     Case("GC401", "G0 X1 X2"),
     Case("GC402", "G123"),
+    Case("GC403", "TRAORI"),
     Case("GC404", "G2 X10 Z5 R1 F100"),
     Case("GC405", "G1 X10"),
     Case("GC406", "#1=1/0"),
@@ -107,6 +108,7 @@ LANGUAGE = [
     Case("GC423", "S1 M3\nG88 X1 Z-1 R1 P1 F100\nG80"),
     Case("GC424", "G0 X1\nX2\nX3", options=gcodesim.Options(device="cpu", max_blocks=3)),
     Case("GC425", "G0 X#7"),
+    Case("GC426", "X1"),
     Case("GC430", "G1 X10 F100"),
 ]
 POLICY = [

@@ -29,6 +29,8 @@ GIVEN = {
     "m98_p": "number",
     "m99": "restart",
     "macros": "linuxcnc",
+    "tape": False,
+    "start_motion": "G1",
     "tcp_frame": "work",
     "tcp_rotary_feed": 3600.0,
     "orientation": "great_circle",

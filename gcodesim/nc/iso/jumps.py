@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
+from gcodesim.nc.detect import contradiction
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
@@ -33,9 +34,12 @@ class Jumps:
         """Begin with the main program.
 
         Raises:
-            ProgramError: its blocks do not close each other.
+            ProgramError: it is in another language, or its blocks do not close each other.
         """
         source = self.flow.add(text, file)
+        if other := contradiction(source.lines, self.state.control.readings):
+            mark, what = other
+            raise Block(file, mark.line + 1, mark.text).error("other_language", what)
         try:
             self._read(source)
         except StructureError as error:
@@ -177,6 +181,8 @@ class Jumps:
         """Return a text that stands in the folder of the main program, and nowhere else."""
         source, is_new = self.flow.add_beside(names, what)
         if is_new:
+            if other := contradiction(source.lines, self.state.control.readings):
+                raise FlowError("other_language", f"{source.file} {other[1]}")
             try:
                 self._read(source)
             except StructureError as error:

@@ -35,8 +35,8 @@ def opening(lines: Lines, *, tape: bool) -> tuple[int, bool]:
 
     Args:
         lines: the text.
-        tape: what stands before the first % is a leader and is not read, and a program may end with a % that
-            it has not begun with (Readings.tape).
+        tape: what stands before the first % is a leader and is not read, and a program may end
+            with a % that it has not begun with (Readings.tape).
     """
     first = next((i for i, line in enumerate(lines) if line.strip(BLANKS)), len(lines))
     if first < len(lines) and is_percent(lines[first]):
