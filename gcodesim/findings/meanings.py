@@ -17,12 +17,13 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "unused_word": ("GC401", "no code of this block uses the letter; remove it or add its code"),
     "axis_without_motion": ("GC401", "axis words need G0, G1, G2 or G3, in the block or active"),
     "start_motion_open": ("GC426", "write start_motion: G0, or G1, under control:"),
+    "polar_words": ("GC401", "@ and ^ stand for X and Y, in G17"),
     "axis_missing": ("GC401", "the code needs at least one axis word"),
     # What gcodesim does not follow.
     "unknown_g": ("GC402", "gcodesim does not follow this code, so nothing behind it is checked"),
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
     "other_language": ("GC403", "name the control with --dialect, or post for this one"),
-    "macro_unsupported": ("GC402", "o-words belong to the dialect linuxcnc"),
+    "macro_unsupported": ("GC402", "o-words belong to linuxcnc, and only CALL takes a value"),
     "parameter_unknown": ("GC402", "gcodesim does not know what the control keeps there"),
     "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),
     # Arcs.
@@ -60,6 +61,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "expression_unclosed": ("GC406", "an expression stands between [ and ], 50 levels at most"),
     "call_without_number": ("GC407", "name the subprogram, or the block, with P"),
     "subprogram_not_found": ("GC412", "put it into the program, or as Onnnn.nc beside it"),
+    "modes_not_saved": ("GC407", "save the modes with M70 or M73 before, in the same call"),
     "block_not_found": ("GC407", "the program has no block with this number"),
     "call_too_deep": ("GC407", "calls nest up to 10 deep"),
     "block_structure": ("GC407", "everything opened is closed once, in order, in the same program"),

@@ -14,6 +14,7 @@ from gcodesim.nc.iso.words import WORDS
 
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
+POLAR_LETTERS = frozenset("@^")
 CENTRE_WORDS = frozenset("IJKR")
 VECTOR_WORDS = frozenset("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
@@ -33,6 +34,7 @@ class Checks:
 
     def __init__(self, state: IsoState, codes: Mapping[tuple[str, int], Row]) -> None:
         self.state, self.codes = state, codes
+        self._has_polar_words = state.control.readings.dialect == "linuxcnc"
         self._known: dict[tuple[object, ...], tuple[list[Todo], bool]] = {}
 
     def checked(self, block: Block) -> list[Todo]:
@@ -49,7 +51,7 @@ class Checks:
         if known is None:
             rows = self._check(block)
             todo = [(ACTIONS[row.action], row.number) for row in rows if row.action]
-            if "O" not in values:
+            if "O" not in values and "$" not in values:
                 self._known[key] = todo, block.moves
             return todo
         todo, block.moves = known
@@ -63,6 +65,8 @@ class Checks:
         motion = next((row for row in rows if row.order is Order.MOTION), None)
         others = [row for row in rows if row is not motion]
         axis_words = block.values.keys() & AXIS_LETTERS
+        if self._has_polar_words:
+            axis_words |= block.values.keys() & POLAR_LETTERS
         if block.ignored and not axis_words:
             # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
             others = [row for row in others if not row.takes_axes]
@@ -152,6 +156,10 @@ class Checks:
             more: further letters that are used.
         """
         used = ALWAYS_USED.union(more, *(row.words for row in rows))
+        if self._has_polar_words:
+            moves = any(row.order is Order.MOTION for row in rows)
+            used |= POLAR_LETTERS if moves else frozenset()
+            used |= {"$"} if block.values.get("$", 1.0) in (0.0, -1.0) else frozenset()
         other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
         for letter, value in block.values.items():
             is_axis = letter in AXIS_LETTERS

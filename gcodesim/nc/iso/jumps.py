@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.detect import contradiction
@@ -10,6 +11,7 @@ from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
+from gcodesim.nc.iso.saved_modes import end_call
 from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
 from gcodesim.nc.iso.tape import opening
 
@@ -73,7 +75,7 @@ class Jumps:
         elif isinstance(request, CallBlock):
             flow = self.flow
             line = self._numbered(flow.source, request.number, flow.index)
-            flow.enter(flow.source, line, request.repeats)
+            self._into(flow.source, line, request.repeats)
         else:
             self._return(request.target, block)
 
@@ -81,23 +83,29 @@ class Jumps:
         """Return; in the main program one pass, or all over again."""
         flow = self.flow
         if not flow.is_main:
-            self.leave(target)
+            self.leave(block, target)
         elif target is not None:
             self.go_to_number(target)
         elif self.state.control.readings.m99 == "restart":
             start = self.structures[flow.source.first].span(flow.index - 1)[0]
-            flow.index = max(start, flow.source.begin)
+            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
+            flow.index = flow.source.begin if self.parameters.rules.o_words else start
+            flow.index = max(flow.index, flow.source.begin)
         else:
             self.state.report("main_program_repeats", "M99 in the main program", "M99")
             self.state.ended = True
 
-    def leave(self, block_number: int | None = None) -> None:
+    def leave(self, block: Block, block_number: int | None = None) -> None:
         """Return from the running subprogram, or run it once more.
 
         Args:
+            block: that returns.
             block_number: the block of the caller to go on at; None = after the call.
         """
+        calls = len(self.flow.calls)
         self.flow.leave(for_good=block_number is not None)
+        if len(self.flow.calls) < calls:
+            end_call(self.state, block)
         if block_number is not None:
             self.go_to_number(block_number)
 
@@ -133,7 +141,7 @@ class Jumps:
         """
         source, line = self.find_program(number)
         if arguments is None:
-            self.flow.enter(source, line, repeats)
+            self._into(source, line, repeats)
         else:
             self._enter(source, line, repeats, Locals(arguments))
 
@@ -167,6 +175,15 @@ class Jumps:
         numbers.update(enumerate(arguments[:30], start=1))
         self._enter(source, self.structures[source.first].subs[label] + 1, 1, Locals(numbers))
 
+    def _into(
+        self, source: Source, line: int, repeats: int, on_return: Callable[[], None] | None = None
+    ) -> bool:
+        """Run a subprogram from a line; tell whether it runs at all."""
+        entered = self.flow.enter(source, line, repeats, on_return or (lambda: None))
+        if entered:
+            self.state.saved.append(None)
+        return entered
+
     def _enter(self, source: Source, line: int, repeats: int, own: Locals) -> None:
         """Run a subprogram with local parameters of its own."""
         parameters, before = self.parameters, self.parameters.local
@@ -174,7 +191,7 @@ class Jumps:
         def take_back() -> None:
             parameters.local = before
 
-        if self.flow.enter(source, line, repeats, take_back):
+        if self._into(source, line, repeats, take_back):
             parameters.local = own
 
     def _beside(self, names: tuple[str, ...], what: str) -> Source:

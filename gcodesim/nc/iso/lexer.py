@@ -1,7 +1,7 @@
 r"""From a line of text to words; what the words mean is decided elsewhere.
 
 line    = [ "/" [digit] ] [ ":" number ] { word | comment }  |  "%"  |  "<" name ">"
-word    = letter number            blanks mean nothing, case means nothing
+word    = letter number            blanks mean nothing, case means nothing; @ ^ $ are letters
 number  = [ sign ] digits [ "." digits ] | [ sign ] "." digits
 comment = "(" text ")" | ";" text to the end of the line
 
@@ -21,7 +21,7 @@ from gcodesim.nc.lines import TAPE_CHARACTERS
 MAX_LINE_LENGTH = 4096
 
 # One pass finds words; what is no word comes out, character by character, as the third group.
-TOKEN = re.compile(r"([A-Z])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
+TOKEN = re.compile(r"([A-Z@^$])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
 MACRO = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9.]+)?O<")
 """What only macro text holds: parameters, brackets, words of more than one letter."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from gcodesim.nc.control.frames import WORK, Level, Matrix, mirrored_at, rotation, turned_about
 from gcodesim.nc.control.place import Place
@@ -12,6 +13,9 @@ from gcodesim.nc.control.supply import Control, WorkOffsetLike
 from gcodesim.nc.iso.g_codes import Codes, G
 from gcodesim.nc.iso.requests import Request
 from gcodesim.nc.program import ZERO, Kind
+
+if TYPE_CHECKING:
+    from gcodesim.nc.iso.saved_modes import SavedModes
 
 LOCAL, PLANE, ROTATION, MIRROR = "local", "plane", "rotation", "mirror"
 
@@ -27,6 +31,7 @@ class IsoState(State):
         work: the work offset in force.
         g92: offset of G92 or G52 in force; g92_kept: what G92.2 laid aside for G92.3.
         mirrors: axis index -> coordinate of the mirror plane [mm].
+        saved: what M70 or M73 has laid aside, in the main program and in each running call.
         request: what the block asks of the program flow, carried out after it.
         stop_request: number and value of a system parameter that stops the program.
     """
@@ -38,6 +43,7 @@ class IsoState(State):
         self.g92: list[float] = list(ZERO)
         self.g92_kept: list[float] = list(ZERO)
         self.mirrors: dict[int, float] = {}
+        self.saved: list[SavedModes | None] = [None]
         self.request: Request | None = None
         self.stop_request: tuple[int, float] | None = None
         self.work = self.first_offset()
