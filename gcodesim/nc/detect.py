@@ -41,6 +41,12 @@ O_WORD = re.compile(
     re.IGNORECASE,
 )
 
+BLOCK = re.compile(
+    r"[/%:]?(?:[A-Z@^](?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|[+-]?\[.*\]|[+-]?#[0-9]+))*|#[0-9]+=.*",
+    re.IGNORECASE,
+)
+"""A block of words, without comments and blanks."""
+
 HINTS = {
     "haas": re.compile(r"(?<![A-Z0-9.])(?:G(?:234|254|187|154)|M97)(?![0-9.])", re.IGNORECASE),
     "fanuc": re.compile(r"(?<![A-Z0-9.])G(?:43\.4|68\.2|54\.1)(?![0-9])", re.IGNORECASE),
@@ -109,6 +115,15 @@ def contradiction(lines: Sequence[str], readings: Readings) -> tuple[Mark, str] 
     if own is not None:
         return other, f"{what} and like {LANGUAGES[own.language]} ({own.quoted})"
     return other, f"{what}, the dialect is {readings.dialect}"
+
+
+def reads_like_program(lines: Sequence[str]) -> bool:
+    """Tell whether the lines are mostly blocks with words, or hold the mark of a language."""
+    texts = ["".join(COMMENT.sub("", line).split()) for line in islice(lines, LINES)]
+    texts = [text for text in texts if text.strip("%")]
+    blocks = sum(BLOCK.fullmatch(text) is not None for text in texts)
+    codes = any(re.search(r"[GM][0-9]", text, re.IGNORECASE) for text in texts)
+    return (codes and 2 * blocks > len(texts)) or bool(marks_of(lines))
 
 
 def dialect_of(lines: Sequence[str], rows: Mapping[str, Readings]) -> tuple[str, Mark | None]:
