@@ -24,6 +24,7 @@ MARKS = {
         "G2 X10 Y5 CR=12",
         "G0 SUPA Z0 D0",
         "TRAORI",
+        "N10 R1=5",
         "DEF REAL DEPTH",
         "GOTOF END",
         "G1 X=IC(5)",
