@@ -101,6 +101,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     "nc/iso/cycles": {"SHIFTS": DATA},
     "nc/iso/functions": {"SAME": "LinuxCNC's own rule of EQ and NE"},
     "nc/iso/parameters": {"MODAL": "Fanuc's own numbers"},
+    "nc/iso/predefined": {"PREDEFINED": "names that LinuxCNC keeps itself"},
     "nc/iso/scan": {"CODES": "G codes", "POWERS": "powers of ten"},
     "nc/iso/statements": {"MAX_VALUE": "keeps results of expressions finite (GC406)"},
     "nc/program": {"ZERO": DATA},

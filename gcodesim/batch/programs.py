@@ -12,6 +12,12 @@ from gcodesim.errors import UsageError
 SUFFIXES = {".nc", ".ngc", ".cnc", ".tap", ".mpf", ".min", ".eia", ".gcode"}
 """Endings of the files that count as programs when a folder is given."""
 
+SHARED_SUFFIXES = {".anc", ".din", ".gc", ".h", ".i", ".iso", ".ptp", ".spf", ".txt"}
+"""Endings that programs share with other files: those count that read like a program."""
+
+HEAD_BYTES = 1 << 14
+"""Bytes of a file that are looked at, to tell whether it reads like a program."""
+
 
 def find_programs(patterns: Sequence[str]) -> list[str]:
     """Programs named by files, glob patterns (`**` too) and folders, each once, in order.
@@ -45,8 +51,27 @@ def matching(pattern: str, folder: Path = Path()) -> list[str]:
 
 
 def is_program(file: Path) -> bool:
-    """Whether a file of a folder is taken as a program, by its ending."""
-    return file.suffix.lower() in SUFFIXES
+    """Whether a file of a folder is taken as a program: by its ending, or by its text too."""
+    suffix = file.suffix.lower()
+    if suffix in SHARED_SUFFIXES:
+        return file.is_file() and _reads_like_program(file)
+    return suffix in SUFFIXES
+
+
+def _reads_like_program(file: Path) -> bool:
+    """Whether the first lines of a file are mostly blocks, or tell a language of machines."""
+    # Imported late: most files are told by their ending, and the workers wait for this module.
+    from gcodesim.nc.detect import reads_like_program
+    from gcodesim.nc.lines import decode
+
+    try:
+        with file.open("rb") as opened:
+            head = opened.read(HEAD_BYTES)
+    except OSError:
+        return False
+    lines = decode(head).splitlines()
+    # The last line may be cut off.
+    return reads_like_program(lines[:-1] if len(head) == HEAD_BYTES else lines)
 
 
 def is_dangling(file: Path) -> bool:
@@ -73,7 +98,7 @@ def skipped(patterns: Iterable[str], folder: Path = Path()) -> str:
     counts = sorted(Counter(files.values()).items())
     endings = ", ".join(f"{count} {ending}" for ending, count in counts)
     many = "files that are no programs" if len(files) > 1 else "file that is no program"
-    return f"skipped: {len(files)} {many} by ending ({endings})"
+    return f"skipped: {len(files)} {many} by ending or text ({endings})"
 
 
 def each_once(names: Iterable[str], file_of: Callable[[str], Path] = Path) -> list[str]:

@@ -23,7 +23,7 @@ from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_times
 from gcodesim.nc.control.interpreter import Interpretation
-from gcodesim.nc.interpret import interpret
+from gcodesim.nc.interpret import interpret, settled
 
 if TYPE_CHECKING:
     from gcodesim.collision.detector import Detection, Task
@@ -92,7 +92,7 @@ def check_once(
     """Check one program with the first way of every reading; arguments as for check_program."""
     watch = Stopwatch()
     with watch.time("interpret"):
-        control = control_for(machine, *options.language)
+        control = settled(text, control_for(machine, *options.language))
         meaning = interpret(text, control, name, progress)
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)

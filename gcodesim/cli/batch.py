@@ -39,8 +39,9 @@ WIDE = 1000
 def batch(patterns: tuple[str, ...], **given: object) -> None:
     """Check all programs that PATTERNs name: files, globs and folders.
 
-    Of a folder, the files that end in .cnc .eia .gcode .min .mpf .nc .ngc .tap are taken; name
-    others by a glob. Without PATTERNs the jobs of the settings file are carried out.
+    Of a folder, the files that end in .cnc .eia .gcode .min .mpf .nc .ngc .tap are taken, and
+    those in .anc .din .gc .h .i .iso .ptp .spf .txt that read like a program; name others by a
+    glob. Without PATTERNs the jobs of the settings file are carried out.
     """
     from gcodesim.batch.programs import find_programs, skipped
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from gcodesim.batch.programs import SUFFIXES
+from gcodesim.batch.programs import is_program
 from gcodesim.errors import UsageError
 
 Output = tuple[str, str]
@@ -27,8 +27,8 @@ def claim(outputs: Iterable[Output], inputs: Iterable[Input]) -> None:
     # What is read has to be looked up in machine files: only where something is written.
     taken = {_identity(file): what for file, what in inputs} if outputs else {}
     for asked, path in outputs:
-        is_program = Path(path).is_file() and Path(path).suffix.lower() in SUFFIXES
-        if what := taken.get(_identity(path)) or ("an NC program" if is_program else ""):
+        destroys = Path(path).is_file() and is_program(Path(path))
+        if what := taken.get(_identity(path)) or ("an NC program" if destroys else ""):
             raise UsageError(f"{asked}: {path} is {what}: choose another file")
         if not _is_device(path):
             taken[_identity(path)] = f"what {asked} writes"

@@ -35,6 +35,7 @@ CODES: dict[str, Code] = {
     "GC304": Code("near a pole of the rotary axes", "warning", NOTED),
     "GC401": Code("word or syntax", "error", FAIL),
     "GC402": Code("code or letter gcodesim does not follow", "error", INCONCLUSIVE),
+    "GC403": Code("another language or control", "error", INCONCLUSIVE),
     "GC404": Code("arc cannot be traced", "error", FAIL),
     "GC405": Code("feed missing or impossible", "error", FAIL),
     "GC406": Code("parameter or expression", "error", FAIL),

@@ -27,6 +27,8 @@ ADVICE: dict[str, str] = {
     "GC401": "Correct the block as the finding says; every control would refuse it.",
     "GC402": "What follows was not checked: post without the code, or list it in the machine file "
     "when it moves nothing.",
+    "GC403": "Nothing was read: post the program for this control, or name the language it is in "
+    "with --dialect.",
     "GC404": "Correct end point, centre or radius; rounded posts may need `control: {arc: ...}`.",
     "GC405": "Program F before the first feed move, or start with --feed.",
     "GC406": "Correct the parameter or the expression; every control would stop here.",

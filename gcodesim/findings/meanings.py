@@ -16,11 +16,13 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "stray_percent": ("GC401", "% opens the program on its first line and ends it later"),
     "unused_word": ("GC401", "no code of this block uses the letter; remove it or add its code"),
     "axis_without_motion": ("GC401", "axis words need G0, G1, G2 or G3, in the block or active"),
+    "polar_words": ("GC401", "@ and ^ stand for X and Y, in G17"),
     "axis_missing": ("GC401", "the code needs at least one axis word"),
     # What gcodesim does not follow.
     "unknown_g": ("GC402", "gcodesim does not follow this code, so nothing behind it is checked"),
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
-    "macro_unsupported": ("GC402", "o-words belong to the dialect linuxcnc"),
+    "other_language": ("GC403", "name the control with --dialect, or post for this one"),
+    "macro_unsupported": ("GC402", "o-words belong to linuxcnc, and only CALL takes a value"),
     "parameter_unknown": ("GC402", "gcodesim does not know what the control keeps there"),
     "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),
     # Arcs.
@@ -58,6 +60,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "expression_unclosed": ("GC406", "an expression stands between [ and ], 50 levels at most"),
     "call_without_number": ("GC407", "name the subprogram, or the block, with P"),
     "subprogram_not_found": ("GC412", "put it into the program, or as Onnnn.nc beside it"),
+    "modes_not_saved": ("GC407", "save the modes with M70 or M73 before, in the same call"),
     "block_not_found": ("GC407", "the program has no block with this number"),
     "call_too_deep": ("GC407", "calls nest up to 10 deep"),
     "block_structure": ("GC407", "everything opened is closed once, in order, in the same program"),
@@ -102,6 +105,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "program_end_missing": ("GC430", "end the program with M30, M2 or a closing %"),
     "g28_without_axes": ("GC430", "every axis goes to the reference point"),
     "spindle_off_feed": ("GC430", "reported once; start the spindle with M3 or M4 before"),
+    "dialect_told": ("GC430", "--dialect, or the machine file, may name another"),
     "exact_path_assumed": ("GC430", "gcodesim follows the exact path; a control rounds corners"),
 }
 """What the blocks of a program can be refused for, or make worth knowing."""

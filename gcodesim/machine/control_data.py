@@ -22,7 +22,7 @@ def control_for(
 
     Args:
         machine: with setup and tools.
-        dialect: replaces the dialect of the machine file.
+        dialect: replaces the dialect of the machine file; None: as that says, or the program.
         feed: feed until the first F word [mm/min].
         block_delete: blocks that begin with / are left out.
         max_blocks: interpretation ends after this many blocks; None = see Control.
@@ -33,6 +33,7 @@ def control_for(
     mount = machine.tool
     return Control(
         readings=choose_readings(dialect, machine.given) if dialect else machine.readings,
+        given=machine.given if machine.is_dialect_told and not dialect else None,
         axes="".join(machine.axes),
         start=machine.start,
         tools=_tool_table(machine.tools),

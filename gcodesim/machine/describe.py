@@ -29,7 +29,8 @@ def schema_json(kind: str = "machine") -> dict[str, Any]:
 def describe(machine: Machine) -> str:
     """The machine in plain text: tree, bodies, pairs, tools, findings."""
     verified = "verified model" if machine.verified else "unverified model"
-    lines = [f"{machine.name} ({verified}, dialect {machine.readings.dialect}), {machine.path}"]
+    dialect = "auto" if machine.is_dialect_told else machine.readings.dialect
+    lines = [f"{machine.name} ({verified}, dialect {dialect}), {machine.path}"]
     lines.append(f"rapids {machine.readings.rapids}, time {machine.time}{_tolerances(machine)}")
     lines.append(_control(machine))
     tools = machine.tools or {}

@@ -21,7 +21,7 @@ HEAD = """\
 name: {name}
 verified: false              # nobody has measured it: reports say "unverified model"
 units: mm                    # of mesh files, when there are any
-dialect: fanuc               # fanuc | haas | linuxcnc
+dialect: fanuc               # fanuc | haas | linuxcnc | auto (the text tells it)
 
 """
 

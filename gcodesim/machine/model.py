@@ -182,6 +182,7 @@ class Machine:
         start: axis letter -> machine position at program start.
         readings: how its control reads programs.
         given: those of them that the machine file gives; they hold under every dialect.
+        is_dialect_told: the file says `dialect: auto`: the text of each program tells its dialect.
         path_tolerance: "G64" and "rapid" -> distance from the path [mm], None: unknown.
         time: how speeds change: constant | acceleration | jerk; see motion/profiles.py.
         findings: GC5xx about the model.
@@ -202,6 +203,7 @@ class Machine:
     start: Mapping[str, float]
     readings: Readings
     given: Mapping[str, Any] = field(default_factory=dict)
+    is_dialect_told: bool = False
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
     time: str = "constant"
     allowed: tuple[tuple[str, str, str], ...] = ()

@@ -294,8 +294,9 @@ class MachineFile(Section):
     name: Name
     verified: bool = Field(default=False, description="someone has measured the real machine")
     units: Unit = Field(default="mm", description="of the mesh files")
-    dialect: Dialect = Field(
-        default="fanuc", description="row of values for what `control` leaves out"
+    dialect: Dialect | Literal["auto"] = Field(
+        default="fanuc",
+        description="row of values for what `control` leaves out; auto: the program tells it",
     )
     control: ControlKeys = Field(
         default_factory=ControlKeys, description="how the control reads what is left open"

@@ -1,12 +1,20 @@
-"""Interprets a program in the language it is written in."""
+"""Interprets a program in the language it is written in: the one place that chooses it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 from gcodesim.nc.control.interpreter import Interpretation, Interpreter
+from gcodesim.nc.control.place import Place
+from gcodesim.nc.control.readings import ROWS, choose_readings
 from gcodesim.nc.control.supply import Control
+from gcodesim.nc.detect import LINES, dialect_of
 from gcodesim.nc.iso.reader import IsoReader
+from gcodesim.nc.lines import split_lines
+
+HEAD = 4096 * LINES
+"""Characters in which the first lines stand."""
 
 
 def interpret(
@@ -26,4 +34,24 @@ def interpret(
     Returns:
         The canonical program and what there is to say about it. Never raises for bad programs.
     """
-    return Interpreter(IsoReader(control), progress).run(text, file)
+    control = settled(text, control)
+    meaning = Interpreter(IsoReader(control), progress).run(text, file)
+    if not control.dialect_told:
+        return meaning
+    place = Place(file, 1, meaning.lines[0] if meaning.lines else "")
+    note = place.finding("dialect_told", control.dialect_told)
+    return replace(meaning, findings=(note, *meaning.findings))
+
+
+def settled(text: str, control: Control) -> Control:
+    """Return the control with the dialect that the text tells, where nothing else has told it."""
+    if control.given is None:
+        return control
+    dialect, mark = dialect_of(split_lines(text[:HEAD]), ROWS)
+    told = f"dialect {dialect}, by {mark.quoted}" if mark else ""
+    return replace(
+        control,
+        readings=choose_readings(dialect, control.given),
+        given=None,
+        dialect_told=told or f"dialect assumed: {dialect}; nothing in the text decides",
+    )

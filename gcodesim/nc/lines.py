@@ -18,6 +18,10 @@ LEADER = b"\x00\x7f"
 """Tape leader: NUL and DEL before the first block and after the last are ignored."""
 
 
+TAPE_CHARACTERS = "\0\x11\x12\x13\x14\x7f"
+"""NUL, DC1 to DC4 (XON, XOFF) and DEL: what a tape or a serial line leaves in the text."""
+
+
 def decode(data: bytes) -> str:
     """Return the text of a program: UTF-8 (a byte order mark is dropped), else Latin-1."""
     try:

@@ -108,7 +108,7 @@ def test_no_file_of_a_folder_is_passed_over_in_silence(folder: Path) -> None:
     (folder / "notes.txt").write_text("")
     (folder / "lost.nc").symlink_to("nowhere")
     endings = "(1 .txt, 1 without ending)"
-    message = f"gcodesim: skipped: 2 files that are no programs by ending {endings}\n"
+    message = f"gcodesim: skipped: 2 files that are no programs by ending or text {endings}\n"
     done = batch(".", "--jobs", "1")
     assert (done.exit_code, done.stderr) == (2, message)
     assert done.stdout.splitlines()[1].split()[:2] == ["ERROR", "lost.nc"]

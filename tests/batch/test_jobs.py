@@ -49,6 +49,27 @@ def test_programs_are_found_once_by_folder_glob_and_name() -> None:
         find_programs(["*.nc", "*.mpf"])
 
 
+def test_endings_shared_with_other_files_count_where_the_text_reads_like_a_program(
+    tmp_path: Path,
+) -> None:
+    texts = {
+        "a.txt": "%\nO1 (NAME)\n(COMMENT)\nN10 G0 X1 Y-.5\n#1=5\nG1 Z[#1+2] F#2\nM30\n%\n",
+        "b.h": "0 BEGIN PGM B MM\n1 L X+10 FMAX\n2 END PGM B MM\n",
+        "c.spf": "R1=5\nG1 X=R1\nTRAORI\nM17\n",
+        "d.PTP": "G21 G90\r\nG0X1Y2\r\nM30\r\n",
+        "no.h": "#ifndef NO_H\n#define NO_H\nint g0(int x1);\n#endif\n",
+        "no.txt": "Tools for G54:\nT1 end mill\nT2 drill M6\n",
+        "empty.txt": "",
+        "no.iso": "\0" * 40000,
+        "tools.i": "X1 2 3\n4 5 6\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_bytes(text.encode())
+    (tmp_path / "folder.txt").mkdir()
+    found = [Path(name).name for name in find_programs([str(tmp_path)])]
+    assert found == ["a.txt", "b.h", "c.spf", "d.PTP"]
+
+
 @pytest.mark.usefixtures("folder")
 def test_every_file_of_a_machine_is_named() -> None:
     names = [file.name for file in files_of("m.yaml", "s.yaml", None)]

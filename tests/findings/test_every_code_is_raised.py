@@ -93,6 +93,7 @@ DISTANCES_AND_LIMITS = [
 LANGUAGE = [
     Case("GC401", "G0 X1 X2"),
     Case("GC402", "G123"),
+    Case("GC403", "TRAORI"),
     Case("GC404", "G2 X10 Z5 R1 F100"),
     Case("GC405", "G1 X10"),
     Case("GC406", "#1=1/0"),

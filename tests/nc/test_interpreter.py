@@ -236,7 +236,7 @@ def test_tape_leaders_line_ends_and_nul_bytes(control):
         meaning = interpret(text, control())
         assert moves(meaning)[:, :2].tolist() == wanted
         assert meaning.findings == ()
-    assert meanings(interpret("G0 X1\n\0\nM30", control())) == ["bad_character"]
+    assert meanings(interpret("G0 X1\n\0\nM30", control("linuxcnc"))) == ["bad_character"]
 
 
 def test_lines_are_a_sequence_that_is_decoded_when_asked_for():

@@ -35,6 +35,7 @@ def set_path(state: State, code: int, tolerance: float) -> None:
         code: G code in tenths, see Kind.PATH.
         tolerance: [mm], 0 where none is given.
     """
+    state.path = code, tolerance
     state.recorder.add(Kind.PATH, state.place.row, f=tolerance, aux=code)
 
 

@@ -127,6 +127,16 @@ class Readings:
         "great circle",
         "joints",
     )
+    tape: bool = _key(
+        "text as from a tape: what stands before the first % is a leader and is not read, control "
+        "characters mean nothing, a / inside a block begins what block delete leaves out, and "
+        "POPEN, DPRNT and PCLOS move nothing",
+        True,
+    )
+    polar_words: bool = _key("@ and ^ are words: radius and angle of a polar point", False)
+    start_motion: Literal["G0", "G1", "both"] = _key(
+        "motion code in force at the start (where `g80: cycle`; elsewhere there is none)", "both"
+    )
     m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
     g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
     ignore_words: tuple[str, ...] = _key(
@@ -157,6 +167,7 @@ ROWS: dict[str, Readings] = {
     ),
     "linuxcnc": Readings(
         dialect="linuxcnc",
+        polar_words=True,
         cycle_return="G99",
         dwell_p="s",
         g80="motion",
@@ -171,6 +182,7 @@ ROWS: dict[str, Readings] = {
         m98_p="number",
         m99="restart",
         macros="linuxcnc",
+        tape=False,
     ),
 }
 

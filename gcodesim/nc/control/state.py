@@ -84,6 +84,7 @@ class State:
         met: keys of the readings that are not known and matter here, in the order met.
         ended: the program has come to its end.
         corner: a corner that waits for the move after it.
+        path: code in tenths and tolerance [mm] of path control, None before the first.
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
         unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
             and why.
@@ -110,6 +111,7 @@ class State:
         self.tools = None if control.tools is None else dict(control.tools)
         self.reference = {code: dict(place) for code, place in control.reference.items()}
         self.corner: Corner | None = None
+        self.path: tuple[int, float] | None = None
         self.holes = 0
         self.unfollowed: dict[str, str] = {}
         self.blocks = self.last_line = 0

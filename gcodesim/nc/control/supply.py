@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from gcodesim.nc.control.readings import Readings
 from gcodesim.nc.program import ZERO, Floats, Vector
@@ -88,6 +88,9 @@ class Control:
         travel: axis letter -> lower and upper machine limit [mm, deg]; left out = none.
         retract: axis letter -> machine position it is retracted to before a swivel [mm, deg].
         feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
+        given: readings that hold under every dialect, where the text tells the dialect; None =
+            the dialect is that of `readings`.
+        dialect_told: how the text told the dialect; empty where it was known.
         block_delete: blocks that begin with / are left out.
         kinematics: None = no machine is known, or it has no rotary joints.
         max_blocks: interpretation ends after this many blocks; None = after MAX_BLOCKS, or after
@@ -106,6 +109,8 @@ class Control:
     travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     retract: Mapping[str, float] = field(default_factory=dict)
     feed: float | None = None
+    given: Mapping[str, Any] | None = None
+    dialect_told: str = ""
     block_delete: bool = False
     kinematics: Kinematics | None = None
     max_blocks: int | None = None

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from gcodesim.nc.iso import calls, cycles, modes, motion, offsets, planes, tables, tooling
+from gcodesim.nc.iso import (
+    calls,
+    cycles,
+    modes,
+    motion,
+    offsets,
+    planes,
+    saved_modes,
+    tables,
+    tooling,
+)
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 
@@ -25,6 +35,7 @@ ACTIONS: dict[str, Action] = {
         *(offsets.cancel_g92, offsets.mirror, offsets.rotate_plane, offsets.set_g92),
         *(offsets.set_additional_offset, offsets.set_local_offset, offsets.set_work_offset),
         *(planes.align_tool, planes.set_table_offset, planes.set_tilted_plane),
+        *(saved_modes.forget_modes, saved_modes.restore_modes, saved_modes.save_modes),
         *(tables.set_table,),
         *(tooling.cancel_tool_centre_point, tooling.change_tool, tooling.declare_tool),
         *(tooling.select_tool, tooling.set_tool_centre_point, tooling.set_tool_length),

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from gcodesim.nc.control.program_flow import FlowError, Source
 from gcodesim.nc.iso.calls import split_number
 from gcodesim.nc.iso.jumps import Jumps
-from gcodesim.nc.iso.structure import compact
+from gcodesim.nc.iso.tape import compact
 
 CALLS = (b"M98", b"m98", b"G65", b"g65")
 NUMBER = re.compile(r"P([0-9]{1,8})(?![0-9.])")
@@ -35,7 +35,7 @@ def missing_call(jumps: Jumps, m98_p: str) -> tuple[int, str, FlowError] | None:
         text = compact(source.lines[index])
         number = NUMBER.search(text)
         letters = [letter for letter in text if letter.isalpha() and letter not in "GMIJK"]
-        if number is None or text.startswith("/") or len(set(letters)) < len(letters):
+        if number is None or "/" in text or len(set(letters)) < len(letters):
             continue
         code = "G65" if "G65" in text else "M98"
         program = int(number[1])

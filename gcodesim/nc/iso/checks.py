@@ -14,6 +14,7 @@ from gcodesim.nc.iso.words import WORDS
 
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
+POLAR_LETTERS = frozenset("@^")
 CENTRE_WORDS = frozenset("IJKR")
 VECTOR_WORDS = frozenset("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
@@ -33,6 +34,7 @@ class Checks:
 
     def __init__(self, state: IsoState, codes: Mapping[tuple[str, int], Row]) -> None:
         self.state, self.codes = state, codes
+        self._has_polar_words = state.control.readings.polar_words
         self._known: dict[tuple[object, ...], tuple[list[Todo], bool]] = {}
 
     def checked(self, block: Block) -> list[Todo]:
@@ -49,12 +51,12 @@ class Checks:
         if known is None:
             rows = self._check(block)
             todo = [(ACTIONS[row.action], row.number) for row in rows if row.action]
-            if "O" not in values:
+            if "O" not in values and "$" not in values:
                 self._known[key] = todo, block.moves
             return todo
         todo, block.moves = known
-        if "N" in values and not _is_block_number(values["N"]):
-            raise block.error("integer_expected", f"N{values['N']:g}", "N")
+        if "N" in values:
+            self._check_block_number(block, values["N"])
         return todo
 
     def _check(self, block: Block) -> list[Row]:
@@ -63,6 +65,8 @@ class Checks:
         motion = next((row for row in rows if row.order is Order.MOTION), None)
         others = [row for row in rows if row is not motion]
         axis_words = block.values.keys() & AXIS_LETTERS
+        if self._has_polar_words:
+            axis_words |= block.values.keys() & POLAR_LETTERS
         if block.ignored and not axis_words:
             # Every word was ignored: G92 E0 sets nothing, G28 E0 goes nowhere.
             others = [row for row in others if not row.takes_axes]
@@ -75,6 +79,8 @@ class Checks:
         if len(takers) > 1:
             what = f"{takers[0].name} and {takers[1].name} both take axis words"
             raise block.error("modal_conflict", what, takers[1].name)
+        if axis_words and not takers and not motion:
+            self._begin_motion()
         active = motion or self._active(rows)
         vectors = active.action == "straight" and self._takes_vectors(block)
         if not takers:
@@ -100,6 +106,14 @@ class Checks:
             return self.codes["G", state.codes.cycle]
         motion = state.modal.motion
         return NO_MOTION if motion is Motion.NONE else self.codes["G", motion_code(motion)]
+
+    def _begin_motion(self) -> None:
+        """Put the motion code into force that the control starts with, if none is."""
+        state, readings = self.state, self.state.control.readings
+        if state.modal.motion is not Motion.NONE or state.codes.cycle or readings.g80 == "motion":
+            return
+        feeds = state.reading("start_motion") == "G1"
+        state.modal.motion = Motion.FEED if feeds else Motion.RAPID
 
     def _agreeing_rows(self, block: Block) -> list[Row]:
         """Return the rows less a G80 that does nothing; refuse conflicts and refused codes."""
@@ -139,6 +153,10 @@ class Checks:
             more: further letters that are used.
         """
         used = ALWAYS_USED.union(more, *(row.words for row in rows))
+        if self._has_polar_words:
+            moves = any(row.order is Order.MOTION for row in rows)
+            used |= POLAR_LETTERS if moves else frozenset()
+            used |= {"$"} if block.values.get("$", 1.0) in (0.0, -1.0) else frozenset()
         other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
         for letter, value in block.values.items():
             is_axis = letter in AXIS_LETTERS
@@ -148,9 +166,11 @@ class Checks:
             if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
                 meaning = unclaimed if is_axis else "unused_word"
                 raise block.error(meaning, f"{letter}{value:g}", letter)
-            if letter == "N" and not _is_block_number(value):
-                raise block.error("integer_expected", f"N{value:g}", "N")
+            if letter == "N":
+                self._check_block_number(block, value)
 
-
-def _is_block_number(value: float) -> bool:
-    return value >= 0 and value == value // 1
+    def _check_block_number(self, block: Block, value: float) -> None:
+        """Refuse a negative number, and a fraction where o-words do not replace block numbers."""
+        whole = value == value // 1 or self.state.control.readings.polar_words
+        if value < 0 or not whole:
+            raise block.error("integer_expected", f"N{value:g}", "N")

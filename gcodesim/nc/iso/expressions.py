@@ -2,7 +2,7 @@ r"""Expressions of macros: parsed once from text, then evaluated as often as the
 
 value    = number | parameter | "[" expression "]" | function | ("+" | "-") value
 parameter = "#" ( number | "<" name ">" | parameter | "[" expression "]" )
-function = NAME "[" expression "]", ATAN [y] "/" [x], EXISTS "[" "#<" name ">" "]"
+function = NAME "[" expression "]", ATAN [y] "/" [x], EXISTS "[" parameter "]"
 
 Operators by strength: MacroRules.levels. A sign belongs to its number, so [-2**2] is 4. Angles are
 in degrees.
@@ -25,6 +25,7 @@ Join = Callable[[float | None, float | None], float]
 NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
 NAME = re.compile(r"<([^<>]*)>")
 FUNCTION = re.compile(r"(" + "|".join(FUNCTIONS) + r")(?=\[)")
+EXISTS = re.compile(r"\[#(?:<([^<>]*)>|([0-9]{1,9}))\]")
 MAX_DEPTH = 50
 """Brackets, signs and # may nest this deep; a control allows five."""
 
@@ -133,12 +134,16 @@ class Parser:
         name, place = match[1], self.at
         self.at = match.end()
         if name == "EXISTS":
-            exists = re.compile(r"\[#<([^<>]*)>\]").match(self.text, self.at)
+            exists = EXISTS.match(self.text, self.at)
             if not exists:
                 raise self.error("number_expected", "EXISTS takes [#<name>]")
             self.at = exists.end()
             known = exists[1]
-            return lambda p: float(p.has_name(known))
+            if known is None:
+                # Numbered parameters exist, every one of them.
+                found = self.rules.lowest <= int(exists[2]) <= self.rules.last
+                return lambda p: float(found)
+            return lambda p: float(p.has_name(known, place))
         inner = self.bracket()
         if name == "ATAN" and self.text.startswith("/[", self.at):
             self.at += 1

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
+from gcodesim.nc.detect import contradiction
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
+from gcodesim.nc.iso.saved_modes import end_call
 from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
-from gcodesim.nc.lines import Lines
+from gcodesim.nc.iso.tape import opening
 
 FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
 
@@ -33,9 +36,12 @@ class Jumps:
         """Begin with the main program.
 
         Raises:
-            ProgramError: its blocks do not close each other.
+            ProgramError: it is in another language, or its blocks do not close each other.
         """
         source = self.flow.add(text, file)
+        if other := contradiction(source.lines, self.state.control.readings):
+            mark, what = other
+            raise Block(file, mark.line + 1, mark.text).error("other_language", what)
         try:
             self._read(source)
         except StructureError as error:
@@ -45,7 +51,7 @@ class Jumps:
 
     def _read(self, source: Source) -> None:
         """Find the structure of a text."""
-        source.begin, opened = _opening_percent(source.lines)
+        source.begin, opened = opening(source.lines, tape=self.state.control.readings.tape)
         if opened:
             self._opened.add(source.first)
         self.structures[source.first] = Structure(len(source.lines))
@@ -55,7 +61,7 @@ class Jumps:
         source.end = structure.end
 
     def is_opened(self, source: Source) -> bool:
-        """Tell whether a text began with %."""
+        """Tell whether a % ends a text."""
         return source.first in self._opened
 
     def carry_out(self, request: Request, block: Block) -> None:
@@ -69,7 +75,7 @@ class Jumps:
         elif isinstance(request, CallBlock):
             flow = self.flow
             line = self._numbered(flow.source, request.number, flow.index)
-            flow.enter(flow.source, line, request.repeats)
+            self._into(flow.source, line, request.repeats)
         else:
             self._return(request.target, block)
 
@@ -77,23 +83,29 @@ class Jumps:
         """Return; in the main program one pass, or all over again."""
         flow = self.flow
         if not flow.is_main:
-            self.leave(target)
+            self.leave(block, target)
         elif target is not None:
             self.go_to_number(target)
         elif self.state.control.readings.m99 == "restart":
             start = self.structures[flow.source.first].span(flow.index - 1)[0]
-            flow.index = max(start, flow.source.begin)
+            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
+            flow.index = flow.source.begin if self.parameters.rules.o_words else start
+            flow.index = max(flow.index, flow.source.begin)
         else:
             self.state.report("main_program_repeats", "M99 in the main program", "M99")
             self.state.ended = True
 
-    def leave(self, block_number: int | None = None) -> None:
+    def leave(self, block: Block, block_number: int | None = None) -> None:
         """Return from the running subprogram, or run it once more.
 
         Args:
+            block: that returns.
             block_number: the block of the caller to go on at; None = after the call.
         """
+        calls = len(self.flow.calls)
         self.flow.leave(for_good=block_number is not None)
+        if len(self.flow.calls) < calls:
+            end_call(self.state, block)
         if block_number is not None:
             self.go_to_number(block_number)
 
@@ -129,7 +141,7 @@ class Jumps:
         """
         source, line = self.find_program(number)
         if arguments is None:
-            self.flow.enter(source, line, repeats)
+            self._into(source, line, repeats)
         else:
             self._enter(source, line, repeats, Locals(arguments))
 
@@ -163,6 +175,15 @@ class Jumps:
         numbers.update(enumerate(arguments[:30], start=1))
         self._enter(source, self.structures[source.first].subs[label] + 1, 1, Locals(numbers))
 
+    def _into(
+        self, source: Source, line: int, repeats: int, on_return: Callable[[], None] | None = None
+    ) -> bool:
+        """Run a subprogram from a line; tell whether it runs at all."""
+        entered = self.flow.enter(source, line, repeats, on_return or (lambda: None))
+        if entered:
+            self.state.saved.append(None)
+        return entered
+
     def _enter(self, source: Source, line: int, repeats: int, own: Locals) -> None:
         """Run a subprogram with local parameters of its own."""
         parameters, before = self.parameters, self.parameters.local
@@ -170,25 +191,18 @@ class Jumps:
         def take_back() -> None:
             parameters.local = before
 
-        if self.flow.enter(source, line, repeats, take_back):
+        if self._into(source, line, repeats, take_back):
             parameters.local = own
 
     def _beside(self, names: tuple[str, ...], what: str) -> Source:
         """Return a text that stands in the folder of the main program, and nowhere else."""
         source, is_new = self.flow.add_beside(names, what)
         if is_new:
+            if other := contradiction(source.lines, self.state.control.readings):
+                raise FlowError("other_language", f"{source.file} {other[1]}")
             try:
                 self._read(source)
             except StructureError as error:
                 place = f"{source.file}:{error.line + 1}"
                 raise FlowError("block_structure", f"{place}: {error}") from None
         return source
-
-
-def _opening_percent(lines: Lines) -> tuple[int, bool]:
-    """Return the index of the first line to run, and whether a % stands before it."""
-    for index, line in enumerate(lines):
-        if line.strip():
-            opened = line.strip() == "%"
-            return index + 1 if opened else index, opened
-    return len(lines), False

@@ -12,7 +12,7 @@ from gcodesim.nc.iso.jumps import Jumps
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import ALARM, ExpressionError, Parameters
 from gcodesim.nc.iso.statements import Statement, assign, parse
-from gcodesim.nc.iso.structure import compact
+from gcodesim.nc.iso.tape import compact
 from gcodesim.nc.program import Kind
 
 ALONE = frozenset({"CALL", "RETURN", "ELSEIF", "ELSE"})
@@ -106,7 +106,7 @@ class Macros:
             return
         try:
             if statement.control.startswith("O-"):
-                self._o_word(statement)
+                self._o_word(block, statement)
             elif statement.control == "GOTO":
                 if self._holds(statement):
                     number = statement.to(self.parameters) if statement.to else None
@@ -128,14 +128,14 @@ class Macros:
         elif not self._holds(statement):
             flow.index = partner + 1
 
-    def _o_word(self, statement: Statement) -> None:
+    def _o_word(self, block: Block, statement: Statement) -> None:
         flow, line = self.flow, self.flow.index - 1
         structure, word = self.jumps.structures[flow.source.first], statement.control[2:]
         partner = structure.partner.get(line, -1)
         if partner < 0 and line not in structure.loop_of and word not in ALONE:
             raise FlowError("block_structure", f"O{statement.label} {word} alone")
         if word in ("CALL", "SUB", "ENDSUB", "RETURN"):
-            self._sub(statement, word, partner)
+            self._sub(block, statement, word, partner)
         elif word in ("IF", "ELSEIF", "ELSE"):
             # ELSEIF and ELSE are met from above, after the branch that ran.
             at = self._branch(line) if word == "IF" else self._end_of_if(line)
@@ -163,20 +163,23 @@ class Macros:
         lines, closing = source.lines, self.jumps.structures[source.first].partner[opening]
         return "WHILE" in lines[opening].upper().replace(" ", "") and closing > opening
 
-    def _sub(self, statement: Statement, word: str, partner: int) -> None:
+    def _sub(self, block: Block, statement: Statement, word: str, partner: int) -> None:
         flow = self.flow
         if word == "CALL":
             values = [value(self.parameters) for value in statement.arguments]
-            self.jumps.call_sub(statement.label, values)
+            label = statement.label
+            if statement.to is not None:
+                label = str(self._whole(statement.to(self.parameters)))
+            self.jumps.call_sub(label, values)
         elif word == "SUB":
             flow.index = partner + 1
         elif flow.is_main:
             raise FlowError("block_structure", f"{word} outside a call")
         else:
             value = [value(self.parameters) for value in statement.arguments[:1]]
-            self.jumps.leave()
-            if value:
-                self.parameters.set_named("_VALUE", value[0])
+            self.jumps.leave(block)
+            self.parameters.set_named("_VALUE", value[0] if value else 0.0)
+            self.parameters.set_named("_VALUE_RETURNED", float(bool(value)))
 
     def _branch(self, line: int) -> int:
         """Return the line of the branch whose condition holds, or of ENDIF."""

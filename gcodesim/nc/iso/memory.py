@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from gcodesim.nc.control.frames import WORK, Level, Matrix, mirrored_at, rotation, turned_about
+from gcodesim.nc.control.modal import CutterSide, TipControl
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.supply import Control, WorkOffsetLike
@@ -19,6 +21,30 @@ LEVELS = (WORK, LOCAL, PLANE, ROTATION, MIRROR)
 """G54 .. G59, G52 and G92, G68.2, G68, G51.1: m = offset + local + (plane rotation mirror) p."""
 
 
+@dataclass(frozen=True, slots=True)
+class SavedModes:
+    """Modes that were laid aside.
+
+    Attributes:
+        modal, codes: values of saved_modes.MODES and CODES, in their order.
+        side: of cutter radius compensation.
+        offset: code of the work offset, in tenths, and its number.
+        length: code of the tool length, in tenths, and the tool offset.
+        path: code and tolerance of path control, None before the first.
+        tips: tool centre point control.
+        returns: they are put back when the call returns (M73).
+    """
+
+    modal: tuple[object, ...]
+    codes: tuple[object, ...]
+    side: CutterSide
+    offset: tuple[int, int]
+    length: tuple[int, list[float]]
+    path: tuple[int, float] | None
+    tips: TipControl
+    returns: bool
+
+
 class IsoState(State):
     """What a block finds and leaves behind.
 
@@ -29,6 +55,7 @@ class IsoState(State):
         mirrors: axis index -> coordinate of the mirror plane [mm].
         is_length_cancelled: the length axis has stood at the reference point or in machine
             coordinates since the tool length came into force; some controls cancel it there.
+        saved: what M70 or M73 has laid aside, in the main program and in each running call.
         request: what the block asks of the program flow, carried out after it.
         stop_request: number and value of a system parameter that stops the program.
     """
@@ -41,6 +68,7 @@ class IsoState(State):
         self.g92_kept: list[float] = list(ZERO)
         self.mirrors: dict[int, float] = {}
         self.is_length_cancelled = False
+        self.saved: list[SavedModes | None] = [None]
         self.request: Request | None = None
         self.stop_request: tuple[int, float] | None = None
         self.work = self.first_offset()

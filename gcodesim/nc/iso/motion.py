@@ -13,7 +13,7 @@ from gcodesim.nc.control.state import INCH, Edge
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
-from gcodesim.nc.program import AXES, PLANES, Frame, Kind
+from gcodesim.nc.program import AXES, PLANES, Frame, Kind, Plane
 
 INDEX = {letter: i for i, letter in enumerate(AXES)}
 
@@ -42,6 +42,8 @@ def target(state: IsoState, block: Block) -> list[float]:
     point = moves.point_to(state, axis_values(state, block))
     if state.codes.polar:
         _apply_polar(state, block, point)
+    if "@" in block.values or "^" in block.values:
+        _apply_radius_and_angle(state, block, point)
     if state.modal.tip_control is VECTORS:
         _apply_vector(state, block, point)
     return point
@@ -94,6 +96,25 @@ def _apply_polar(state: IsoState, block: Block, point: list[float]) -> None:
     angle = math.radians(codes.angle)
     point[u] = codes.pole[0] + codes.radius * math.cos(angle)
     point[v] = codes.pole[1] + codes.radius * math.sin(angle)
+
+
+def _apply_radius_and_angle(state: IsoState, block: Block, point: list[float]) -> None:
+    """LinuxCNC's @ and ^: distance from program zero and angle in the XY plane, or steps of them.
+
+    What is left out stays as it is.
+    """
+    words, (x, y) = block.values, state.point[:2]
+    if "X" in words or "Y" in words or state.modal.plane is not Plane.XY:
+        raise block.error("polar_words", "X, Y or another plane", "@" if "@" in words else "^")
+    radius, angle = math.hypot(x, y), math.degrees(math.atan2(y, x))
+    if state.modal.incremental:
+        radius += words.get("@", 0.0) * state.scale
+        angle += words.get("^", 0.0)
+    else:
+        radius = words["@"] * state.scale if "@" in words else radius
+        angle = words.get("^", angle)
+    point[0] = radius * math.cos(math.radians(angle))
+    point[1] = radius * math.sin(math.radians(angle))
 
 
 def set_polar(state: IsoState, block: Block, number: int) -> None:

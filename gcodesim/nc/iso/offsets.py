@@ -18,17 +18,18 @@ ADDITIONAL = 100
 def set_work_offset(state: IsoState, block: Block, number: int) -> None:
     """G54 .. G59, G59.1 .. G59.3."""
     index = number // 10 - 53 if number < G.WORK_OFFSET_9 else number - 584
-    _activate(state, block, index, number)
+    activate(state, block, index, number)
 
 
 def set_additional_offset(state: IsoState, block: Block, number: int) -> None:
     """G54.1 Pn, G154 Pn."""
     if "P" not in block.values:
         raise block.error("offset_not_found", f"G{number / 10:g} without P")
-    _activate(state, block, ADDITIONAL + block.whole("P"), number)
+    activate(state, block, ADDITIONAL + block.whole("P"), number)
 
 
-def _activate(state: IsoState, block: Block, index: int, number: int) -> None:
+def activate(state: IsoState, block: Block, index: int, number: int) -> None:
+    """Put a work offset into force by its number, 1 = G54, and the code that asks for it."""
     offset, codes = state.offsets.get(index), state.codes
     if offset is None and index != 1:
         name = f"G54.1 P{index - ADDITIONAL}" if index > ADDITIONAL else f"G{number / 10:g}"

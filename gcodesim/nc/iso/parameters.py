@@ -11,6 +11,7 @@ from gcodesim.nc.control.supply import WorkOffset
 from gcodesim.nc.iso.g_codes import G, motion_code
 from gcodesim.nc.iso.macro_rules import MACROS
 from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.predefined import OUTSIDE, PREDEFINED
 from gcodesim.nc.program import AXES
 
 REFERENCES = {5161: "G28", 5181: "G30"}
@@ -109,9 +110,10 @@ class Parameters:
         holder = self._globals if name.startswith("_") else self.local
         if name in holder.names:
             return holder.names[name]
-        if name in POSITION_NAMES:
-            i = POSITION_NAMES.index(name)
-            return self.state.point[i] / (self.state.scale if i < 3 else 1.0)
+        if name in PREDEFINED and (value := PREDEFINED[name](self.state)) is not None:
+            return value
+        if name in PREDEFINED or OUTSIDE.fullmatch(name):
+            raise ExpressionError("parameter_unknown", f"#<{name}>", place)
         raise ExpressionError("name_undefined", f"#<{name}>", place)
 
     def set_named(self, name: str, value: float | None) -> None:
@@ -119,10 +121,16 @@ class Parameters:
         holder = self._globals if name.startswith("_") else self.local
         holder.names[name] = value
 
-    def has_name(self, name: str) -> bool:
-        """EXISTS[#<name>]."""
+    def has_name(self, name: str, place: int) -> bool:
+        """EXISTS[#<name>].
+
+        Raises:
+            ExpressionError: only the running control knows.
+        """
+        if OUTSIDE.fullmatch(name):
+            raise ExpressionError("parameter_unknown", f"#<{name}>", place)
         holder = self._globals if name.startswith("_") else self.local
-        return name in holder.names
+        return name in holder.names or name in PREDEFINED
 
     def _number(self, value: float, place: int) -> int:
         lowest, last = self.rules.lowest, self.rules.last
@@ -214,8 +222,6 @@ LAYOUTS: dict[str, tuple[Reader, Writer]] = {
     "linuxcnc": (Parameters.linuxcnc, Parameters.set_linuxcnc),
 }
 """MacroRules.layout -> how the system's parameters are read and written."""
-
-POSITION_NAMES = ("_X", "_Y", "_Z", "_A", "_B", "_C")
 
 MODAL: dict[int, Callable[[IsoState], float]] = {
     4001: lambda s: motion_code(s.modal.motion) / 10,

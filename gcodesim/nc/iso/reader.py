@@ -71,7 +71,7 @@ class IsoReader(Language[Block]):
         index, code, why = missing
         block = self.place(self.flow.sources[0], index)
         try:
-            lex(block)
+            self._lex(block)
         except ProgramError:
             # Something else is wrong with the block, which it will say when it runs.
             return
@@ -121,7 +121,7 @@ class IsoReader(Language[Block]):
         block = line
         # Step 1: characters to words.
         if not block.is_lexed:
-            lex(block)
+            self._lex(block)
         if not block.compact and not block.messages:
             return
         if block.deleted and self.control.block_delete:
@@ -138,6 +138,9 @@ class IsoReader(Language[Block]):
             after = self.flow.index
             self._macros.go_on(block, statement)
             self._has_jumped = self._has_jumped or self.flow.index != after
+
+    def _lex(self, block: Block) -> None:
+        lex(block, tape=self.control.readings.tape, delete=self.control.block_delete)
 
     def _run_words(self, block: Block) -> None:
         # Step 2: words to codes and values; those of macro text may be others every time.

@@ -9,7 +9,7 @@ from gcodesim.nc.iso.expressions import NAME, Evaluate, Parser
 from gcodesim.nc.iso.macro_rules import MacroRules
 from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
-WORD = re.compile(r"([A-Z])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))?")
+WORD = re.compile(r"([A-Z@^$])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))?")
 MAX_VALUE = 1e300
 """Largest value a parameter takes: results of expressions stay finite."""
 
@@ -18,6 +18,9 @@ O_KEYWORD = re.compile(
     r"SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT|ENDREPEAT|BREAK|CONTINUE"
 )
 LOOP = re.compile(r"(DO|END)([0-9]+)$")
+OUTPUT = re.compile(r"POPEN|PCLOS|[BD]PRNT\[.*\]$")
+"""Output to a printer or file, which moves nothing."""
+
 VALUED = frozenset({"IF", "ELSEIF", "WHILE", "REPEAT"})
 """O-words that take one value."""
 
@@ -38,7 +41,7 @@ class Statement:
         control: GOTO, WHILE, DO, END, an O-word such as O-CALL, or empty.
         condition: of IF or WHILE, or the value of an O-word.
         label: number of DO and END, label of an O-word.
-        to: block number GOTO goes to.
+        to: block number GOTO goes to, or number of the subprogram that O-CALL runs.
         arguments: of O-CALL.
     """
 
@@ -71,6 +74,8 @@ def parse(text: str, rules: MacroRules) -> Statement:
         elif text.startswith("GOTO", at):
             parser.at += 4
             statement.control, statement.to = "GOTO", parser.value()
+        elif not rules.o_words and (match := OUTPUT.match(text, at)):
+            parser.at = match.end()
         elif match := LOOP.match(text, at):
             parser.at = match.end()
             statement.control, statement.label = match[1], match[2]
@@ -130,6 +135,8 @@ def _condition(parser: Parser, statement: Statement) -> None:
 
 def _o_word(parser: Parser, statement: Statement) -> bool:
     """Read an O-word; return False for the O of a program number."""
+    if parser.rules.o_words and parser.text[parser.at + 1 : parser.at + 2] in ("#", "["):
+        return _computed_call(parser, statement)
     label = LABEL.match(parser.text, parser.at)
     keyword = O_KEYWORD.match(parser.text, label.end()) if label else None
     if not label or not keyword:
@@ -143,6 +150,19 @@ def _o_word(parser: Parser, statement: Statement) -> bool:
     statement.label = str(int(label[1])) if label[1] else label[2]
     if name in VALUED:
         statement.condition = parser.bracket()
+    while parser.text.startswith("[", parser.at):
+        statement.arguments.append(parser.bracket())
+    return True
+
+
+def _computed_call(parser: Parser, statement: Statement) -> bool:
+    """Read O[expression] CALL or O#parameter CALL."""
+    parser.at += 1
+    statement.to = parser.value()
+    if not parser.text.startswith("CALL", parser.at):
+        raise parser.error("macro_unsupported", "an O-word with a computed number")
+    parser.at += 4
+    statement.control = "O-CALL"
     while parser.text.startswith("[", parser.at):
         statement.arguments.append(parser.bracket())
     return True

@@ -9,20 +9,22 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gcodesim.errors import GcodesimError
+from gcodesim.nc.iso.tape import compact, is_percent
 from gcodesim.nc.lines import Lines
 
 SEARCHED = 1 << 16
 """Bytes searched in one step."""
 
-COMMENT = re.compile(r"\([^()]*\)|;.*")
-HEAD = re.compile(r"^(?:/[1-9]?)?(?:N[0-9]+)?")
+HEAD = re.compile(r"^%?(?:/[1-9]?)?(?:N[0-9.]+)?(?:/[1-9]?)?")
 PROGRAM = re.compile(r"[:O]([0-9]{1,18})(?![0-9.]|[A-Z]{2})")
 LOOP = re.compile(r"(?:WHILE\[.*\])?DO([0-9]+)$|END([0-9]+)$")
 O_WORD = re.compile(
     r"O(?:([0-9]+)|<([^<>]*)>)"
     r"(SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT|ENDREPEAT|BREAK|CONTINUE)"
 )
-BLOCK_NUMBER = re.compile(rb"(?mi)^[ \t]*+(?:/[ \t]*+[1-9]?)?[ \t]*+N[ \t]*+([0-9]{1,18})")
+BLOCK_NUMBER = re.compile(
+    rb"(?mi)^[ \t\0\x11-\x14\x7f]*+(?:/[ \t]*+[1-9]?)?[ \t]*+N[ \t]*+([0-9]{1,18})"
+)
 
 OPENERS = {
     "SUB": "ENDSUB",
@@ -74,21 +76,13 @@ class Structure:
         return (before[-1] if before else 0), (after[0] if after else self.end)
 
 
-def compact(line: str) -> str:
-    """Return a line without comments and blanks, in capitals."""
-    if "(" in line or ";" in line:
-        line = COMMENT.sub("", line)
-    line = line.replace(" ", "").replace("\t", "")
-    return line.upper() if line.isascii() else line
-
-
 def read_structure(lines: Lines, first: int, opened: bool, o_words: bool) -> Structure:
     """Find everything that may be jumped to, and check that blocks open and close each other.
 
     Args:
         lines: the text.
         first: index of the first line that runs.
-        opened: the text began with %, so that the next % ends it.
+        opened: the next % ends the text.
         o_words: the dialect has o-words.
 
     Raises:
@@ -122,7 +116,7 @@ def _closing_percent(lines: Lines, first: int) -> int:
     place = int(lines.bounds[first])
     while (place := lines.data.find(b"%", place)) >= 0:
         index = lines.line_at(place)
-        if lines[index].strip() == "%":
+        if is_percent(lines[index]):
             return index
         place = int(lines.bounds[index + 1])
     return len(lines)

@@ -172,6 +172,12 @@ TABLE: tuple[Row, ...] = (
     Row("M", 190, _G.SPINDLE, _O.SPINDLE, "RQP", "Orient the spindle", "set_spindle"),
     *(Row("M", number * 10, _G.COOLANT, _O.COOLANT, "", "Coolant") for number in (7, 8, 9)),
     *(Row("M", number * 10, _G.OVERRIDE, _O.OTHER, "", "Overrides") for number in (48, 49)),
+    *(Row("M", number, _G.CALL, _O.OTHER, "", "Save the modes", "save_modes",
+          dialects="linuxcnc") for number in (700, 730)),
+    Row("M", 710, _G.CALL, _O.OTHER, "", "Forget the saved modes", "forget_modes",
+        dialects="linuxcnc"),
+    Row("M", 720, _G.CALL, _O.OTHER, "", "Restore the saved modes", "restore_modes",
+        dialects="linuxcnc"),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "P", "Clamp") for number in (10, 11, 12, 13)),
     Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping", "set_rigid_tapping"),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output")

@@ -1,2 +1,2 @@
-; axis_without_motion 2
+; axis_without_motion 2 linuxcnc
 X1

@@ -1,2 +1,2 @@
 ; macro_unsupported 2
-o100 call
+o100 return

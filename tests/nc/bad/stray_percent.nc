@@ -1,3 +1,3 @@
-; stray_percent 2
+; stray_percent 2 linuxcnc
 %
 G0 X1

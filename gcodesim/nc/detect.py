@@ -1,0 +1,150 @@
+"""Recognises the language a program is written in by marks in its first lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from gcodesim.nc.control.readings import Readings
+
+LINES = 200
+"""Lines that are looked at."""
+
+LANGUAGES = {
+    "heidenhain": "Klartext of Heidenhain",
+    "din_iso": "DIN/ISO of Heidenhain",
+    "siemens": "the language of Siemens",
+    "okuma": "the language of Okuma",
+    "linuxcnc": "o-words of LinuxCNC",
+}
+"""Language -> what it is called in findings."""
+
+COMMENT = re.compile(r"\([^()]*\)|;.*")
+
+KLARTEXT = re.compile(
+    r"^\d*\s*(?:BEGIN PGM \S+ (?:MM|INCH)\b|BLK FORM 0\.1\b|TOOL CALL\b)", re.IGNORECASE
+)
+DIN_ISO = re.compile(r"^%\S+ +G7[01]\b|^[^(\[#;]*[0-9.]\s*\*\s*$", re.IGNORECASE)
+SIEMENS_FILE = re.compile(r"^%_N_\w+_(?:MPF|SPF)\b|^;\$PATH=/_N_", re.IGNORECASE)
+SIEMENS_CALL = re.compile(
+    r"(?:\bCYCLE[0-9]{2,4}|\bWORKPIECE|\bMSG|=\s*[IAD]C)\s*\($", re.IGNORECASE
+)
+SIEMENS_WORD = re.compile(
+    r"\b(?:TRAORI|TRAFOOF|SUPA|MCALL|GOTOF|G710|DEF +REAL)\b|\bT=\"|\bCR=|"
+    r"^(?:N[0-9]+ *)?R[0-9]+ *=",
+    re.IGNORECASE,
+)
+OKUMA = re.compile(r"^\$\S+\.MIN%|\bVC[0-9]+\s*=|\bCALL +O[A-Z0-9]+|\bNLAP[0-9]", re.IGNORECASE)
+O_WORD = re.compile(
+    r"^/?\s*(?:N\s*[0-9.]+\s*)?O\s*(?:[0-9]+|<[^<>]*>|#<[^<>]*>|\[[^;]*\])\s*"
+    r"(?:SUB|CALL|IF|WHILE|DO|REPEAT)\b|#\s*<[^<>]*>",
+    re.IGNORECASE,
+)
+
+BLOCK = re.compile(
+    r"[/%:]?(?:[A-Z@^](?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|[+-]?\[.*\]|[+-]?#[0-9]+))*|#[0-9]+=.*",
+    re.IGNORECASE,
+)
+"""A block of words, without comments and blanks."""
+
+HINTS = {
+    "haas": re.compile(r"(?<![A-Z0-9.])(?:G(?:234|254|187|154)|M97)(?![0-9.])", re.IGNORECASE),
+    "fanuc": re.compile(r"(?<![A-Z0-9.])G(?:43\.4|68\.2|54\.1)(?![0-9])", re.IGNORECASE),
+    "linuxcnc": re.compile(r"(?<![A-Z0-9.])M42[89](?![0-9.])", re.IGNORECASE),
+}
+"""Dialect -> codes that it has and its neighbours rather not."""
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What tells the language of a text.
+
+    Attributes:
+        language: key of LANGUAGES, or a dialect.
+        line: index of its line.
+        text: the line.
+    """
+
+    language: str
+    line: int
+    text: str
+
+    @property
+    def quoted(self) -> str:
+        """Where the mark stands, and its line."""
+        text = self.text.strip()
+        return f"line {self.line + 1}: {text[:60]}{'...' * (len(text) > 60)}"
+
+
+def marks_of(lines: Sequence[str]) -> dict[str, Mark]:
+    """Return the first exclusive mark of each language in the first lines of a text."""
+    found: dict[str, Mark] = {}
+    for index, line in enumerate(islice(lines, LINES)):
+        for language in _languages(line):
+            found.setdefault(language, Mark(language, index, line))
+    return found
+
+
+def _languages(line: str) -> Iterator[str]:
+    """Yield the languages that a line belongs to, and no other one does."""
+    line = line.strip()
+    text = COMMENT.sub(" ", line)
+    before, opened, after = line.partition("(")
+    call = before.partition(";")[0] + opened
+    if KLARTEXT.search(line):
+        yield "heidenhain"
+    if DIN_ISO.search(line):
+        yield "din_iso"
+    called = SIEMENS_CALL.search(call) and (not call.upper().endswith("MSG(") or after[:1] == '"')
+    if called or SIEMENS_FILE.search(line) or SIEMENS_WORD.search(text):
+        yield "siemens"
+    if OKUMA.search(text):
+        yield "okuma"
+    if O_WORD.search(text):
+        yield "linuxcnc"
+
+
+def contradiction(lines: Sequence[str], readings: Readings) -> tuple[Mark, str] | None:
+    """Return the mark of another language than the one that is read, and what to say about it."""
+    marks = marks_of(lines)
+    own = marks.pop(readings.macros, None)
+    if not marks:
+        return None
+    other = min(marks.values(), key=lambda mark: mark.line)
+    what = f"reads like {LANGUAGES[other.language]} ({other.quoted})"
+    if own is not None:
+        return other, f"{what} and like {LANGUAGES[own.language]} ({own.quoted})"
+    return other, f"{what}, the dialect is {readings.dialect}"
+
+
+def reads_like_program(lines: Sequence[str]) -> bool:
+    """Tell whether the lines are mostly blocks with words, or hold the mark of a language."""
+    texts = ["".join(COMMENT.sub("", line).split()) for line in islice(lines, LINES)]
+    texts = [text for text in texts if text.strip("%")]
+    blocks = sum(BLOCK.fullmatch(text) is not None for text in texts)
+    codes = any(re.search(r"[GM][0-9]", text, re.IGNORECASE) for text in texts)
+    return (codes and 2 * blocks > len(texts)) or bool(marks_of(lines))
+
+
+def dialect_of(lines: Sequence[str], rows: Mapping[str, Readings]) -> tuple[str, Mark | None]:
+    """Return the dialect that a text is written in, and what tells it; fanuc where nothing does.
+
+    Args:
+        lines: the text.
+        rows: the dialects that can be read.
+    """
+    told = [mark for language, mark in marks_of(lines).items() if language in rows]
+    if told:
+        return told[0].language, told[0]
+    hints: dict[str, Mark] = {}
+    for index, line in enumerate(islice(lines, LINES)):
+        text = COMMENT.sub(" ", line)
+        for dialect, pattern in HINTS.items():
+            if dialect not in hints and pattern.search(text):
+                hints[dialect] = Mark(dialect, index, line)
+    if len(hints) == 1:
+        ((dialect, mark),) = hints.items()
+        return dialect, mark
+    return "fanuc", None

@@ -1,0 +1,3 @@
+; other_language 2
+TRAORI
+M30

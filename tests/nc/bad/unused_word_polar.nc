@@ -1,0 +1,3 @@
+; unused_word 2
+G0 @5
+M30
