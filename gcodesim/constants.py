@@ -10,8 +10,9 @@ PS_PER_S = 1_000_000_000_000
 """Picoseconds per second. Program time is an int64 count of picoseconds: it is never accumulated in
 floating point, so it is equal for every chunking. The range is 9.2e6 s; longer ones are GC424."""
 
-MAX_TIME_PS = 9_000_000_000_000_000_000
-"""Longest program time [ps], just below the range of int64 (104 days)."""
+LONGEST_S = 9.0e6
+"""Longest program time [s], 104 days: just below the range of int64 in picoseconds. A program that
+takes longer is GC424."""
 
 DEFAULT_PERIOD_PS = 100_000_000
 """Sample period [ps]: 0.1 ms, the seed paper's sample time. Larger values step over thin parts."""
@@ -106,6 +107,10 @@ TOUCHING_MM = 1.0e-6
 """A gap between flute and holder up to this [mm] needs no shank between them; smaller asks for one
 (GC421) because of rounding."""
 
+CORNER_RADIUS_SLACK = 1.0e-9
+"""The rounded corner of a cutter may reach beyond its axis by this part of its radius. Smaller
+refuses ball ends because of rounding."""
+
 # Rotary axes and tool centre point control.
 
 SINGULAR_VOLUME = 1.0e-6
@@ -160,6 +165,14 @@ curves as chords, which no control does; a larger one lets an axis jump by more 
 SPIRAL_PART = 0.01
 """Radii that change by more than this part make a spiral, whose extremes are looked for in another
 way than those of a circle. Larger may miss overtravel, for Newton steps may miss an extreme."""
+
+LEAST_BEND_MM = 1.0e-9
+"""Newton steps to an extreme stop where the second derivative of a coordinate along an arc is below
+this [mm]. Larger may miss overtravel by as much; smaller divides by rounding."""
+
+LEAST_LOSS = 1.0e-12
+"""A block whose time grows by no more than this part keeps its feed. Smaller reports rounding as a
+stretched block (GC303, GC304)."""
 
 SERVO_ARC_MM = 1.0e-7
 """How far the cubics that stand for an arc may leave it [mm]: the response leaves its own by no

@@ -3,7 +3,8 @@
 GcodesimError          everything below; a bare traceback of another type is a defect
 ├── UsageError         an option or a file cannot be used: the only kind that reaches a caller of
 │   │                  gcodesim; a command ends with exit code 2
-│   └── ModelError     a machine, tools or setup file is wrong: names file, line and key
+│   ├── ModelError     a machine, tools or setup file is wrong: names file, line and key
+│   └── UnreadableError  a program cannot be read (cli/check.py): the other programs are checked
 ├── OrientationError   no rotary position holds the tool so: raised in machine/, carries a meaning;
 │                      the interpreter and the planner make a finding of it
 ├── ProgramError       a line is refused as a whole (nc/control/place.py): carries a Finding, which

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import sys
 import tomllib
 from collections.abc import Iterator
@@ -45,12 +46,17 @@ TYPES = {
 OUTWARD = TYPES - {"nc.program", "nc.control.readings", "machine.model"}
 """What those see who look at the outcome alone."""
 
+STAGES = TYPES - {
+    *("checking.options", "checking.option_kinds", "checking.request", "checking.verdict")
+}
+"""What the stages of a check see: they know nothing of what was asked, nor of verdicts."""
+
 LAYERS = {
     "findings.explain": TYPES,
-    "nc": TYPES - {"machine.model"},
-    "machine": TYPES | {"nc"},
-    "motion": TYPES | {"machine"},
-    "collision": TYPES | {"machine", "motion"},
+    "nc": STAGES - {"machine.model"},
+    "machine": STAGES | {"nc"},
+    "motion": STAGES | {"machine"},
+    "collision": STAGES | {"machine", "motion"},
     "checking.replay": TYPES | {"machine", "motion"},
     "checking.trace": TYPES | {"machine", "motion"},
     "checking.variation": TYPES,
@@ -74,6 +80,21 @@ LAYERS = {
     "__init__": set(),
 }
 """Layer -> what it may import besides itself; the types import only types."""
+
+SHARED = {
+    "Array": "NDArray[np.float64]",
+    "Floats": "NDArray[np.float64]",
+    "Ints": "NDArray[np.int64]",
+    "Times": "NDArray[np.int64]",
+    "Bools": "NDArray[np.bool_]",
+}
+"""Short names of arrays, which many modules give: each means the same wherever it stands."""
+
+GENERICS = {
+    *("tuple", "list", "dict", "set", "frozenset", "type", "Literal", "Annotated", "Callable"),
+    *("Iterable", "Iterator", "Mapping", "Sequence", "NDArray"),
+}
+"""What types are put together with."""
 
 ROOMS = {
     "nc": [*(("lines", "program"), "recorder", "control", "detect", "iso", ("canon", "interpret"))],
@@ -175,7 +196,21 @@ def test_no_import_circles_between_files_nor_between_rooms() -> None:
         assert not row.get("in circles"), what
 
 
+def test_the_tree_of_errors_names_each_of_them() -> None:
+    named = set(re.findall(r"\w+Error", ast.get_docstring(tree("gcodesim/errors.py")) or ""))
+    bases: dict[str, set[str]] = {}
+    for file in FILES:
+        for node in tree(file).body:
+            if isinstance(node, ast.ClassDef):
+                bases[node.name] = {ast.unparse(base) for base in node.bases}
+    ours = {"GcodesimError"}
+    while more := {name for name, above in bases.items() if above & ours} - ours:
+        ours |= more
+    assert named == ours
+
+
 def test_no_class_name_and_no_module_name_stands_twice() -> None:
+    """Names of types that are put together from others count, too."""
     classes: dict[str, list[str]] = {}
     modules: dict[str, list[str]] = {}
     for file in FILES:
@@ -183,10 +218,34 @@ def test_no_class_name_and_no_module_name_stands_twice() -> None:
         if not stem.startswith("__"):
             modules.setdefault(stem, []).append(file)
         for node in tree(file).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
-                classes.setdefault(node.name, []).append(file)
+            for name in type_names(node):
+                if not name.startswith("_"):
+                    classes.setdefault(name, []).append(file)
     assert [name for name, files in classes.items() if len(files) > 1] == []
     assert [name for name, files in modules.items() if len(files) > 1] == []
+
+
+def type_names(node: ast.stmt) -> list[str]:
+    """Names of types that a statement at the top of a module gives, but for those of SHARED."""
+    if isinstance(node, ast.ClassDef):
+        return [node.name]
+    if not isinstance(node, ast.Assign | ast.AnnAssign) or not node.value:
+        return []
+    if isinstance(node.value, ast.Constant) or not is_type_expression(node.value):
+        return []
+    text = ast.unparse(node.value)
+    return [name for name in defined(node) if SHARED.get(name) != text]
+
+
+def is_type_expression(value: ast.expr) -> bool:
+    """Tell whether a value is a type: `dict[str, int]`, `A | None`, `TypeVar("T")`."""
+    if isinstance(value, ast.BinOp) and isinstance(value.op, ast.BitOr):
+        return is_type_expression(value.left) or is_type_expression(value.right)
+    if isinstance(value, ast.Constant):
+        return value.value is None
+    if isinstance(value, ast.Call):
+        return ast.unparse(value.func) == "TypeVar"
+    return isinstance(value, ast.Subscript) and ast.unparse(value.value) in GENERICS
 
 
 def test_study_ships_nothing_that_its_commands_do_not_use() -> None:

@@ -304,7 +304,7 @@ def test_a_process_answers_like_the_function(folder: Path) -> None:
 def test_progress_is_drawn_on_a_terminal_only(
     terminal: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A clock of our own: the bar appears behind the first second."""
+    """A clock of our own: the bar appears after the first second."""
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal)
     clock = iter([0.0, 0.5, 2.0])

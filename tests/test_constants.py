@@ -1,4 +1,4 @@
-"""Tolerances stand in constants.py; every other number of a module is listed with its reason."""
+"""Tolerances stand in constants.py; other decimal numbers at the top of a module are listed."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "FAR": "more than any coordinate",
         "EDGE_COST": "choice between boxes; any box that holds its triangles is right",
     },
-    "collision/bounds/chords": {"RADIAN": "unit", "ROUNDED_UP": ROUNDING},
+    "collision/bounds/chords": {"RADIAN": "unit", "CHORD_ROUNDED_UP": ROUNDING},
     "collision/geometry/boxes": {"PLANE_ERROR": "proved bound of rounding, in unit roundoffs"},
     "collision/geometry/closest": {
         "TINY": "keeps a division from 0",
+        "NO_WAY": "when another direction is tried; any direction gives a right bound",
         "GOOD_ENOUGH": "when a bound is no longer refined; any direction gives a right one",
     },
     "collision/geometry/poses": {"DEGREE": "unit"},
@@ -40,16 +41,15 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "SNAP_INVERSE": "SNAP_MM, the other way",
         "SPLITTER": "splits a float64 in halves",
     },
+    "collision/instants/contact": {"EDGE_PART": "of the point that is shown to people"},
     "collision/instants/nearest_triangles": {
-        "FARTHEST": "more than any distance",
         "UNDECIDED": "a mark, no distance",
     },
     "collision/instants/posed_pair": {"FARTHEST": "more than any distance"},
-    "collision/search/approach": {"GOLDEN": "golden section"},
     "collision/search/first_reach": {"LEFT_OUT": "a mark, no distance"},
     "collision/search/intervals": {"HALF_SPHERE": "unit"},
     "collision/search/search_kernel": {"LEAST_LENGTH": "keeps a division from 0"},
-    "machine/formats/imported": {"TINY": "what is written as 0 in an imported file"},
+    "machine/formats/imported": {"WRITTEN_AS_ZERO": "what is written as 0 in an imported file"},
     "machine/formats/linuxcnc_ini": {
         "SLIDES": DATA,
         "LINEAR_UNITS": "units",
@@ -77,7 +77,11 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "LIMIT_STEP": "step of a limit beside a pole",
         "FREE_TRAVEL_MM": "used for the travel of a slide that has no limits",
     },
-    "motion/lag": {"GOLDEN": "golden section", "ROUNDED_UP": ROUNDING, "COEFFICIENT_UP": ROUNDING},
+    "motion/lag": {
+        "GOLDEN": "golden section",
+        "LAG_ROUNDED_UP": ROUNDING,
+        "COEFFICIENT_UP": ROUNDING,
+    },
     "motion/path": {"CONSTANT_SPEED": DATA},
     "motion/profiles": {
         "RAMPS_TOGETHER": "how many moves are planned together",
@@ -89,6 +93,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "ROUNDED_UP": ROUNDING,
         "STEEPEST": "where a cube would overflow",
     },
+    "motion/stretching": {"SLOWEST_PART": "which of two codes names a slow block, both NOTED"},
     "motion/stretches": {"VANISHING_S": "half a tick of program time"},
     "nc/control/frames": {"UNIT": DATA},
     "nc/control/moves": {"SQUARE_RAD": "decides whether a note is worth making (GC430)"},
@@ -119,11 +124,11 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     },
     "study/accuracy_goals": dict.fromkeys(
         ["SPEED_SCENE", "SPEED_ERROR_S", "TIMES_FASTER", "POSES", "POSES_TOLERANCE_MM"]
-        + ["FEWER_AT_MS", "CLEARANCE_SLACK_MM", "MOVED_PER_TICK_MM"],
+        + ["FEWER_AT_MS", "PROVED_CLEARANCE_SLACK_MM", "MOVED_PER_TICK_MM"],
         GOAL,
     ),
     "study/families": {"_GENERATORS": SCENE},
-    "study/kernels/directed_bound": {"TINY": "keeps a division from 0", "ROUNDED_DOWN": ROUNDING},
+    "study/kernels/directed_bound": {"ROUNDED_DOWN": ROUNDING},
     "study/kernels/textbook": {"COPLANAR": "part of the textbook method that is compared with"},
     "study/leave_out_study": {"KINDS": SCENE},
     "study/paper_tables": {"CPU_US": "published figures", "GPU_US": "published figures"},

@@ -70,9 +70,9 @@ def test_the_first_check_of_a_new_project_passes() -> None:
 def test_the_next_step_that_init_names_works_in_any_folder(tmp_path: Path) -> None:
     folder = tmp_path / "a dir" / "it's new"
     done = CliRunner().invoke(main, ["init", str(folder)])
-    (told,) = re.findall(r"^next: (.*)$", done.stderr, re.MULTILINE)
-    assert told == f"cd {shlex.quote(str(folder))} && gcodesim batch"
-    assert bash(told.replace("gcodesim", f"{shlex.quote(sys.executable)} -m gcodesim")) == 0
+    (command,) = re.findall(r"^next: (.*)$", done.stderr, re.MULTILINE)
+    assert command == f"cd {shlex.quote(str(folder))} && gcodesim batch"
+    assert bash(command.replace("gcodesim", f"{shlex.quote(sys.executable)} -m gcodesim")) == 0
 
 
 @pytest.mark.usefixtures("project")
@@ -146,7 +146,7 @@ def test_the_settings_of_the_readme_work_in_a_new_project() -> None:
 def test_ci_files_are_valid_by_the_published_schemas(project: Path) -> None:
     assert_valid("github-actions", ROOT / "action.yml")
     assert_valid("github-workflows", WORKFLOW, project / ".github/workflows/gcodesim.yml")
-    # A component is a header and, behind it, what is included: two documents.
+    # A component is a header and, after it, what is included: two documents.
     documents = (ROOT / "templates/gcodesim.yml").read_text(encoding="utf-8").split("\n---\n")
     files = [project / f"component-{number}.yml" for number in range(len(documents))]
     for file, document in zip(files, documents, strict=True):

@@ -253,9 +253,9 @@ def test_what_was_not_reached_is_not_gone(folder: Path) -> None:
     assert "baseline_unused" not in str(report("twice.nc", *at))
     check("twice.nc", *at, "--update-baseline")
     assert json.loads((folder / "accepted.json").read_text()) == entries
-    behind = "\n\nG0 X1 (gcodesim: ignore GC201)"
-    assert "GC602" not in codes(judged(TOUCH, text=behind, stop_all=False))
-    assert "GC602" not in codes(judged(finding("GC405"), text=behind))
+    later = "\n\nG0 X1 (gcodesim: ignore GC201)"
+    assert "GC602" not in codes(judged(TOUCH, text=later, stop_all=False))
+    assert "GC602" not in codes(judged(finding("GC405"), text=later))
 
 
 def test_a_baseline_holds_wherever_it_is_used_from(

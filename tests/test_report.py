@@ -100,7 +100,7 @@ def test_what_was_proved_without_a_look_is_told_as_checked_and_what_has_no_margi
     still = LeftOut("axis C", "stands at 0 all the time", 0.0, 0.0, 0)
     pair = LeftOut("Z-A", "reach envelopes never meet", 0.001, 15.556, 9)
     line = (
-        "  proved clear without a look: Z-A (15.56 mm to spare), "
+        "  proved apart without search: Z-A (15.56 mm to spare), "
         "7 triangles of cutter, C (0.5 mm to spare)\n"
     )
     assert line in text(replace(PASSED, left_out=(pair, *parts, still)))
@@ -146,9 +146,9 @@ def test_text_of_an_inconclusive_check_begins_with_the_reason() -> None:
 
 @pytest.mark.parametrize("nothing", [{"samples": 0}, {"coverage": Coverage()}])
 def test_nothing_checked_is_never_a_pass(nothing: dict[str, object]) -> None:
-    said = text(replace(PASSED, **nothing))
-    assert said.startswith("INCONCLUSIVE")
-    assert "\n  checked: nothing\n" in said
+    report = text(replace(PASSED, **nothing))
+    assert report.startswith("INCONCLUSIVE")
+    assert "\n  checked: nothing\n" in report
 
 
 @pytest.mark.parametrize(
@@ -175,11 +175,11 @@ def test_the_caret_stands_under_its_column(block: str) -> None:
     assert shown.isprintable()
 
 
-def test_cycle_time_is_told_per_tool() -> None:
+def test_cycle_time_is_given_per_tool() -> None:
     timed = replace(PASSED, tool_times=((None, 1.2), (7, 13.0)))
     assert "  tools: as started 1.200 s, T7 13.000 s\n" in text(timed)
-    told = [{"tool": None, "time_s": 1.2}, {"tool": 7, "time_s": 13.0}]
-    assert report_dict(timed)["tool_times"] == told
+    times = [{"tool": None, "time_s": 1.2}, {"tool": 7, "time_s": 13.0}]
+    assert report_dict(timed)["tool_times"] == times
     assert "tools:" not in text(replace(PASSED, tool_times=((7, 14.2),)))
 
 

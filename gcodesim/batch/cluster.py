@@ -70,11 +70,6 @@ def check_here(job: Job, limit_s: float | None) -> Record:
     return worker.check(job, limit_s)
 
 
-def _one_thread(job: Job) -> Job:
-    """The job for a worker that is one of many."""
-    return job.with_options(threads=1)
-
-
 @contextmanager
 def _client(address: str, count: int | None) -> Iterator[Client]:
     """A client of a scheduler that has a worker."""

@@ -60,6 +60,11 @@ class Option:
     only_search: bool = False
     commands: tuple[str, ...] = ("check", "batch")
 
+    def goes_with(self, value: Any, method: str) -> bool:
+        """Tell whether a method can do what a value asks for: only the search knows distances."""
+        is_asked = value is not None and value is not False
+        return not (self.only_search and is_asked) or method == "search"
+
 
 def option(default: Any, kind: OptionKind, help_text: str, *, name: str, **more: Any) -> Any:
     """A field that describes itself.
@@ -216,9 +221,7 @@ class Options:
                 right = f"{described.kind.right}{', or None' if default is None else ''}"
                 raise UsageError(f"Options: {name}={value!r}: expected {right}")
         for name, described, _ in options_of(Options):
-            # Only the search knows distances: a wish for them must not be dropped in silence.
-            is_asked = getattr(self, name) is not None and getattr(self, name) is not False
-            if described.only_search and is_asked and self.method != "search":
+            if not described.goes_with(getattr(self, name), self.method):
                 raise UsageError(f"Options: {name} needs method='search', not {self.method!r}")
 
     @property

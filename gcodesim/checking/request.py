@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from gcodesim.checking.option_kinds import File, OneOf, Switch, Text
 from gcodesim.checking.options import Options, Scope, option
 from gcodesim.checking.verdict import LEVELS
+from gcodesim.nc.control.readings import ways_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +30,7 @@ class CheckRequest:
     )
     rapids: str | None = option(
         None,
-        OneOf(("linear", "dogleg")),
+        OneOf(ways_of("rapids")),
         "Rapid moves run straight, or every axis at its own rate. Left out: as the machine file "
         "says.",
         name="rapids",

@@ -30,22 +30,22 @@ from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
 
 
-def every_option(command: str) -> Callable[[Command], Command]:
+def every_option(command: str) -> Callable[[Decorated], Decorated]:
     """Add all options that the model gives to a command."""
     return _with(list(of_command(command).values()))
 
 
-def options_named(*fields: str) -> Callable[[Command], Command]:
+def options_named(*fields: str) -> Callable[[Decorated], Decorated]:
     """Add options of the model, by the names of their fields, to a command with others."""
     return _with([each for each in MODEL if each.field in fields])
 
 
-def language_options(command: Command) -> Command:
+def language_options(command: Decorated) -> Decorated:
     """Add what says how the control reads a program."""
     return _with([each for each in MODEL if each.option.language])(command)
 
@@ -55,7 +55,9 @@ def language_of(given: Mapping[str, Any]) -> tuple[str | None, float | None, boo
     return run_options(given).asked.options.language
 
 
-def machine_option(left_out: str = "", default: str | None = None) -> Callable[[Command], Command]:
+def machine_option(
+    left_out: str = "", default: str | None = None
+) -> Callable[[Decorated], Decorated]:
     """Add --machine for a command with one machine.
 
     Args:
@@ -73,8 +75,8 @@ def machine_option(left_out: str = "", default: str | None = None) -> Callable[[
     )
 
 
-def _with(wanted: Sequence[OptionField]) -> Callable[[Command], Command]:
-    def add(command: Command) -> Command:
+def _with(wanted: Sequence[OptionField]) -> Callable[[Decorated], Decorated]:
+    def add(command: Decorated) -> Decorated:
         for each in reversed(wanted):
             command = _click_option(each)(command)
         return command
@@ -82,7 +84,7 @@ def _with(wanted: Sequence[OptionField]) -> Callable[[Command], Command]:
     return add
 
 
-def _click_option(each: OptionField) -> Callable[[Command], Command]:
+def _click_option(each: OptionField) -> Callable[[Decorated], Decorated]:
     """An option of the model as one of click; its value is that of the field."""
     option, name = each.option, f"--{each.option.name}"
     more: dict[str, Any] = {"help": option.help, "metavar": option.metavar or None}

@@ -32,7 +32,7 @@ class Choice:
 
     Attributes:
         of: the option.
-        value: as its field takes it; None: nothing is said.
+        value: as its field takes it; None: it is not given.
         source: for people.
         keys: where it stands in the settings; empty where it does not.
     """
@@ -142,11 +142,11 @@ class CheckPlan:
         return policy_of(self.run.asked, baseline, self.label)
 
     def _refuse_search_options(self) -> None:
-        """Only the method search knows distances: its options must not be dropped in silence."""
+        """UsageError where an option is dropped by the method: never in silence."""
         method = self.choices["method"].value
         for name, choice in self.choices.items():
-            option, is_asked = choice.of.option, choice.value not in (None, False)
-            if option.only_search and is_asked and method != "search":
+            option = choice.of.option
+            if not option.goes_with(choice.value, method):
                 is_word = isinstance(option.kind, Switch) and option.kind.words
                 what = self.label(name) + (f" {is_word[1]}" if is_word else "")
                 raise UsageError(f"{what} needs --method search, not {method}")

@@ -60,7 +60,7 @@ ADVICE: dict[str, str] = {
 }
 """Code -> what to do."""
 
-EFFECTS = {FAIL: "FAIL", INCONCLUSIVE: "INCONCLUSIVE"}
+VERDICTS = {FAIL: "FAIL", INCONCLUSIVE: "INCONCLUSIVE"}
 
 
 def explain(name: str) -> str:
@@ -90,7 +90,7 @@ def explain(name: str) -> str:
 
 def _title(code: str) -> str:
     row = CODES[code]
-    return f"{code} {row.title} ({row.severity}; verdict {EFFECTS.get(row.effect, 'unchanged')})"
+    return f"{code} {row.title} ({row.severity}; verdict {VERDICTS.get(row.effect, 'unchanged')})"
 
 
 def _code_lines(code: str, *, listed: bool = True) -> list[str]:

@@ -19,7 +19,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "polar_words": ("GC401", "@ and ^ stand for X and Y, in G17"),
     "axis_missing": ("GC401", "the code needs at least one axis word"),
     # What gcodesim does not follow.
-    "unknown_g": ("GC402", "gcodesim does not follow this code, so nothing behind it is checked"),
+    "unknown_g": ("GC402", "gcodesim does not follow this code, so nothing after it is checked"),
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
     "other_language": ("GC403", "name the control with --dialect, or post for this one"),
     "macro_unsupported": ("GC402", "o-words belong to linuxcnc, and only CALL takes a value"),
@@ -79,7 +79,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "direction_unreachable": ("GC410", "the rotary axes of this machine do not reach it"),
     "direction_zero": ("GC410", "I J K point from the tip towards the spindle"),
     "orientation_out_of_travel": ("GC410", "clamp the part otherwise, or tilt the tool less"),
-    "retract_unknown": ("GC402", "give the slides `limits` in the machine file"),
+    "retract_unknown": ("GC402", "the machine file lacks the retract position, or slide `limits`"),
     "kinematics_unsolved": ("GC402", "five-axis codes need joints that place and point a tool"),
     # Corners between two blocks.
     "corner_not_followed": ("GC402", "corners are followed from one G1 of the plane to the next"),

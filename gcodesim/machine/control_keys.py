@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type
 from pydantic import Field, create_model
 
 from gcodesim.constants import LARGEST_NUMBER
-from gcodesim.machine.sections import Number, Section
+from gcodesim.machine.sections import FileNumber, Section
 from gcodesim.nc.control.readings import ROWS, Readings
 
 CONTROL_KEYS = frozenset(entry.name for entry in fields(Readings) if "meaning" in entry.metadata)
@@ -57,7 +57,7 @@ def _in_file(hint: Any, rules: Mapping[str, Any], rows: Mapping[str, Any]) -> An
     if get_origin(hint) is tuple:
         return tuple[_in_file(inner[0], rules, rows), ...]  # type: ignore[misc]
     if get_origin(hint) is Mapping:
-        return dict[Number, inner[1]]  # type: ignore[valid-type]
+        return dict[FileNumber, inner[1]]  # type: ignore[valid-type]
     if NoneType in inner:
         return _in_file(inner[0], rules, rows)
     return Annotated[hint, Field(**STRICT.get(hint, {}), **rules)]

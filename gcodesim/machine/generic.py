@@ -19,7 +19,7 @@ HEAD = """\
 # Lengths mm, angles degrees, speeds mm/min and deg/min, accelerations mm/s^2 and deg/s^2.
 
 name: {name}
-verified: false              # nobody has measured it: reports say "unverified model"
+verified: false              # the model was not measured on the real machine: reports say so
 units: mm                    # of mesh files, when there are any
 dialect: fanuc               # fanuc | haas | linuxcnc | auto (the text tells it)
 

@@ -13,19 +13,19 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from gcodesim.machine.control_keys import CONTROL_KEYS, ControlKeys
-from gcodesim.machine.sections import NotNegative, Number, Positive, Section
+from gcodesim.machine.sections import FileNumber, NotNegative, Positive, Section
 from gcodesim.nc.control.readings import Dialect
 
 FileName = Annotated[str, Field(pattern=r"^[^\x00-\x1f]+$")]
 Natural = Annotated[int, Field(strict=True, ge=1)]
-Vector = tuple[Number, Number, Number]
+Triple = tuple[FileNumber, FileNumber, FileNumber]
 Size = tuple[Positive, Positive, Positive]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
 PartName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$")]
 Axis = Annotated[str, Field(pattern=r"^[XYZABC]$")]
-Profile = Annotated[list[tuple[Number, Number]], Field(min_length=2)]
+ProfilePoints = Annotated[list[tuple[FileNumber, FileNumber]], Field(min_length=2)]
 Unit = Literal["mm", "inch", "m"]
-Position = dict[Axis, Number]
+Position = dict[Axis, FileNumber]
 Severity = Literal["warning", "error"]
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -35,8 +35,8 @@ UP = (0.0, 0.0, 1.0)
 class PlacementSpec(Section):
     """Where a shape is put: turned about fixed X, then Y, then Z, then shifted."""
 
-    translate: Vector = Field(default=ORIGIN, description="shift [mm]")
-    rotate: Vector = Field(
+    translate: Triple = Field(default=ORIGIN, description="shift [mm]")
+    rotate: Triple = Field(
         default=ORIGIN, description="turns about fixed X, Y, Z in this order [deg]"
     )
 
@@ -45,7 +45,7 @@ class BoxSpec(Section):
     """An axis-parallel box."""
 
     size: Size = Field(description="edge lengths along X, Y, Z [mm]")
-    center: Vector = Field(default=ORIGIN, description="middle of the box [mm]")
+    center: Triple = Field(default=ORIGIN, description="middle of the box [mm]")
 
 
 class CylinderSpec(Section):
@@ -53,8 +53,8 @@ class CylinderSpec(Section):
 
     radius: Positive = Field(description="[mm]")
     height: Positive = Field(description="[mm]")
-    center: Vector = Field(default=ORIGIN, description="middle of the cylinder [mm]")
-    axis: Vector = Field(default=UP, description="direction; any length but 0")
+    center: Triple = Field(default=ORIGIN, description="middle of the cylinder [mm]")
+    axis: Triple = Field(default=UP, description="direction; any length but 0")
 
 
 class ConeSpec(CylinderSpec):
@@ -69,7 +69,7 @@ class ConeSpec(CylinderSpec):
 class ExtrudeSpec(Section):
     """A prism over a polygon, standing on z = 0."""
 
-    polygon: Annotated[list[tuple[Number, Number]], Field(min_length=3)] = Field(
+    polygon: Annotated[list[tuple[FileNumber, FileNumber]], Field(min_length=3)] = Field(
         description="corners [x, y] of a simple polygon [mm]"
     )
     height: Positive = Field(description="[mm]")
@@ -85,7 +85,7 @@ class ShapeSpec(Section):
     box: BoxSpec | None = None
     cylinder: CylinderSpec | None = None
     cone: ConeSpec | None = None
-    revolve: Profile | None = Field(
+    revolve: ProfilePoints | None = Field(
         default=None,
         description="solid of revolution about Z: points [r, z], z never turning back [mm]",
     )
@@ -165,14 +165,14 @@ class JointSpec(Section):
     type: Literal["linear", "rotary"]
     parent: Name = Field(description="link nearer to the root")
     child: Name = Field(description="link that the joint moves")
-    axis: Vector = Field(
+    axis: Triple = Field(
         description="direction in which the CHILD physically moves or turns (right hand) when the "
         "command grows, world coordinates at the zero pose; normalised"
     )
-    point: Vector | None = Field(
+    point: Triple | None = Field(
         default=None, description="a point on the axis of a rotary joint [mm]"
     )
-    limits: tuple[Number, Number] | None = Field(
+    limits: tuple[FileNumber, FileNumber] | None = Field(
         default=None, description="travel, lower and upper [mm or deg]; left out: unlimited"
     )
     rapid: Positive = Field(description="rapid rate [mm/min or deg/min]")
@@ -199,21 +199,21 @@ class ToolMountSpec(Section):
     """Where tools are carried."""
 
     link: Name = Field(description="the link that carries the tool")
-    gauge_point: Vector = Field(description="spindle face centre at the zero pose [mm]")
-    axis: Vector = Field(default=UP, description="from the tip towards the spindle; normalised")
+    gauge_point: Triple = Field(description="spindle face centre at the zero pose [mm]")
+    axis: Triple = Field(default=UP, description="from the tip towards the spindle; normalised")
     mounted: MountedSpec | None = None
 
 
 class OffsetSpec(Section):
     """A work offset."""
 
-    X: Number = Field(default=0.0, description="[mm]")
-    Y: Number = Field(default=0.0, description="[mm]")
-    Z: Number = Field(default=0.0, description="[mm]")
-    A: Number = Field(default=0.0, description="[deg]")
-    B: Number = Field(default=0.0, description="[deg]")
-    C: Number = Field(default=0.0, description="[deg]")
-    R: Number = Field(default=0.0, description="rotation in the XY plane [deg]")
+    X: FileNumber = Field(default=0.0, description="[mm]")
+    Y: FileNumber = Field(default=0.0, description="[mm]")
+    Z: FileNumber = Field(default=0.0, description="[mm]")
+    A: FileNumber = Field(default=0.0, description="[deg]")
+    B: FileNumber = Field(default=0.0, description="[deg]")
+    C: FileNumber = Field(default=0.0, description="[deg]")
+    R: FileNumber = Field(default=0.0, description="rotation in the XY plane [deg]")
 
 
 def offset_number(name: str) -> int:
@@ -329,7 +329,7 @@ class MachineFile(Section):
 class TurnedSpec(Section):
     """A turned part of a tool: points `[r, z]`, or a mesh."""
 
-    profile: Profile | None = Field(
+    profile: ProfilePoints | None = Field(
         default=None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
     )
     mesh: FileName | None = Field(

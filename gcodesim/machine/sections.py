@@ -10,7 +10,7 @@ from pydantic_core import PydanticCustomError
 from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.machine.yaml_lines import suggest
 
-Number = Annotated[float, Field(strict=True, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
+FileNumber = Annotated[float, Field(strict=True, ge=-LARGEST_NUMBER, le=LARGEST_NUMBER)]
 NotNegative = Annotated[float, Field(strict=True, ge=0, le=LARGEST_NUMBER)]
 Positive = Annotated[float, Field(strict=True, gt=0, le=LARGEST_NUMBER)]
 

@@ -12,6 +12,7 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gcodesim.constants import CORNER_RADIUS_SLACK
 from gcodesim.machine.kinematics import rotation_from_z, sincosd
 
 Array = NDArray[np.float64]
@@ -187,7 +188,7 @@ def cutter_profile(
     slope, radius = sine / cosine, diameter / 2.0
     top = radius + length * slope
     middle = radius + corner_radius * (slope - 1.0 / cosine)  # radius of the centre of the arc
-    if middle < -1e-9 * radius:
+    if middle < -CORNER_RADIUS_SLACK * radius:
         raise ValueError(f"corner_radius is larger than the diameter {diameter:g} allows")
     if top < 0.0 or corner_radius * (1.0 - sine) > length:
         raise ValueError("the flute is too short or closes before its end: check length and taper")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.machine.model import Joint, Servo
-from gcodesim.machine.schema import JointSpec, MachineFile, Vector
+from gcodesim.machine.schema import JointSpec, MachineFile, Triple
 from gcodesim.machine.yaml_lines import YamlFile, suggest
 
 SECONDS_PER_MINUTE = 60.0
@@ -118,7 +118,7 @@ def _servo(spec: JointSpec) -> Servo | None:
     return Servo(spec.servo.order, spec.servo.time_constant, damping)
 
 
-def unit_vector(vector: Vector, source: YamlFile, *key: str | int) -> NDArray[np.float64]:
+def unit_vector(vector: Triple, source: YamlFile, *key: str | int) -> NDArray[np.float64]:
     """A direction of the file with length 1, shape (3,); ModelError for a zero vector."""
     largest = max(abs(v) for v in vector)
     if largest == 0.0:

@@ -16,8 +16,8 @@ from gcodesim.errors import ModelError, UsageError
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-Model = TypeVar("Model", bound="BaseModel")
-Key = tuple[str, ...]
+ParsedModel = TypeVar("ParsedModel", bound="BaseModel")
+KeyPath = tuple[str, ...]
 
 NODE_LIMIT = 100_000
 """Largest number of values in a file, aliases written out: a few lines could stand for billions."""
@@ -58,20 +58,20 @@ class YamlFile:
 
     path: Path
     data: Any
-    lines: Mapping[Key, int] = field(default_factory=dict)
+    lines: Mapping[KeyPath, int] = field(default_factory=dict)
 
     def error(self, message: str, *key: str | int) -> ModelError:
         """A ModelError at a key, or at the nearest key above it that stands in the file."""
         place = tuple(str(part) for part in key)
         return ModelError(message, str(self.path), self.line(place), ".".join(place))
 
-    def line(self, key: Key) -> int | None:
+    def line(self, key: KeyPath) -> int | None:
         """Line of a key or of the nearest key above it; None for the file as a whole."""
         while key and key not in self.lines:
             key = key[:-1]
         return self.lines.get(key)
 
-    def parse(self, model: type[Model]) -> Model:
+    def parse(self, model: type[ParsedModel]) -> ParsedModel:
         """The data as a pydantic model; ModelError at the first line that is wrong."""
         from pydantic import ValidationError  # slow to import, and many files are only looked at
 
@@ -105,7 +105,7 @@ class _Fault:
     """A mistake in a file before it is raised."""
 
     message: str
-    place: Key
+    place: KeyPath
     line: int | None
 
     @property
@@ -159,10 +159,10 @@ class _Walk:
     """Turns nodes into values and notes the line of every key on the way."""
 
     path: Path
-    lines: dict[Key, int] = field(default_factory=dict)
+    lines: dict[KeyPath, int] = field(default_factory=dict)
     count: int = 0
 
-    def value(self, loader: _Loader, node: yaml.Node, key: Key) -> Any:
+    def value(self, loader: _Loader, node: yaml.Node, key: KeyPath) -> Any:
         """The value of a node; aliases are written out."""
         self.count += 1
         if self.count > NODE_LIMIT:
@@ -179,7 +179,7 @@ class _Walk:
             return [self._item(loader, item, (*key, str(i))) for i, item in enumerate(node.value)]
         return loader.construct_object(node)
 
-    def _mapping(self, loader: _Loader, node: yaml.MappingNode, key: Key) -> dict[Any, Any]:
+    def _mapping(self, loader: _Loader, node: yaml.MappingNode, key: KeyPath) -> dict[Any, Any]:
         values: dict[Any, Any] = {}
         for name_node, item in node.value:
             if not isinstance(name_node, yaml.ScalarNode):
@@ -193,9 +193,9 @@ class _Walk:
             values[name] = self.value(loader, item, place)
         return values
 
-    def _item(self, loader: _Loader, node: yaml.Node, key: Key) -> Any:
+    def _item(self, loader: _Loader, node: yaml.Node, key: KeyPath) -> Any:
         self.lines[key] = node.start_mark.line + 1
         return self.value(loader, node, key)
 
-    def _error(self, message: str, node: yaml.Node, key: Key) -> ModelError:
+    def _error(self, message: str, node: yaml.Node, key: KeyPath) -> ModelError:
         return ModelError(message, str(self.path), node.start_mark.line + 1, ".".join(key))

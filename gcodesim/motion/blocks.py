@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import TANGENT_DEG
+from gcodesim.constants import LONGEST_S, TANGENT_DEG
 from gcodesim.machine.model import Machine
-from gcodesim.motion.joint_moves import LONGEST_S, Moves, arc_lengths, sub_arcs
+from gcodesim.motion.joint_moves import Moves, arc_lengths, sub_arcs
 
 Floats = NDArray[np.float64]
 

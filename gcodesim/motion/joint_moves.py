@@ -7,11 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import MAX_TIME_PS, PS_PER_S
 from gcodesim.motion.path import Ways
-
-LONGEST_S = MAX_TIME_PS / PS_PER_S
-"""Range of the clock [s]."""
 
 
 @dataclass(frozen=True)

@@ -51,8 +51,9 @@ Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 
 GOLDEN = (sqrt(5.0) - 1.0) / 2.0
+"""The golden section."""
 
-ROUNDED_UP = 1.0 + 1e-9
+LAG_ROUNDED_UP = 1.0 + 1e-9
 """Covers the rounding of E over 1e6 pieces, a few ulp each, at the cost of as much."""
 
 COEFFICIENT_UP = 1e-12
@@ -101,7 +102,7 @@ class Lag:
         rows = self.largest[lowest : last.max() + 2]
         later = np.maximum.reduceat(rows, cuts - lowest)[::2]
         bound = np.where((last > first)[:, None], np.maximum(bound, later), bound)
-        return np.minimum(bound * ROUNDED_UP, self.whole)
+        return np.minimum(bound * LAG_ROUNDED_UP, self.whole)
 
     def usual(self) -> Floats:
         """Bounds that are enough for half of the program time, shape (k,) [mm or deg]."""
@@ -109,7 +110,7 @@ class Lag:
         passed = np.cumsum(np.diff(self.bounds_ps)[order], axis=0)
         half = np.argmax(2 * passed >= self.bounds_ps[-1], axis=0)
         joints = np.arange(len(self.columns))
-        return np.minimum(self.largest[order[half, joints], joints] * ROUNDED_UP, self.whole)
+        return np.minimum(self.largest[order[half, joints], joints] * LAG_ROUNDED_UP, self.whole)
 
     def _on_parts(self, piece: NDArray[np.intp], start_ps: Times, end_ps: Times) -> Floats:
         """Bound of E on parts of single pieces, shape (m, k)."""

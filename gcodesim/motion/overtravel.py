@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import PS_PER_S, SPIRAL_PART, TRAVEL_SLACK
+from gcodesim.constants import LEAST_BEND_MM, PS_PER_S, SPIRAL_PART, TRAVEL_SLACK
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path, path_fraction
@@ -24,6 +24,9 @@ AT_ONCE = 50_000
 
 SPIRAL_STEPS = 12
 """Stretches of a half turn that are searched for a change of sign each."""
+
+NEWTON_STEPS_TO_EXTREME = 4
+"""Steps to an extreme; they converge as squares, from no farther than SPIRAL_PART."""
 
 
 def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
@@ -80,9 +83,9 @@ def _arc_extremes(path: Path, pieces: NDArray[np.intp], axis: int) -> Iterator[N
     at_once = max(1, AT_ONCE // len(arcs))
     for first in range(0, len(turns), at_once):
         s = (base + np.sign(sweep) * np.pi * turns[first : first + at_once]) / sweep
-        for _ in range(4):
+        for _ in range(NEWTON_STEPS_TO_EXTREME):
             slope, bend = _slopes(arcs, axis, s)
-            s = s - np.divide(slope, bend, out=np.zeros_like(s), where=np.abs(bend) > 1e-9)
+            s = s - np.divide(slope, bend, out=np.zeros_like(s), where=np.abs(bend) > LEAST_BEND_MM)
         yield from np.clip(s, 0.0, 1.0)
     spiral = np.flatnonzero(grown > SPIRAL_PART * np.maximum(arcs["r0"], arcs["r1"]))
     for found in _spiral_extremes(arcs[spiral], axis) if len(spiral) else ():

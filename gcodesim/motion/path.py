@@ -109,7 +109,7 @@ class Path(Ways):
     def positions(self, time_ps: NDArray[np.int64]) -> NDArray[np.float64]:
         """Joint positions at the given times, shape (m, joints) [mm, deg].
 
-        The NumPy twin of `joint_position` in collision/poses.py.
+        The NumPy twin of `joint_position` in collision/geometry/poses.py.
         """
         times = np.atleast_1d(np.asarray(time_ps, dtype=np.int64))
         piece = self.piece_at(times)

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import PS_PER_S
+from gcodesim.constants import LONGEST_S, PS_PER_S
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
 from gcodesim.motion.arc_moves import arc_pieces
-from gcodesim.motion.joint_moves import LONGEST_S, Moves
+from gcodesim.motion.joint_moves import Moves
 from gcodesim.motion.path import CONSTANT_SPEED, Path, ToolChange
 from gcodesim.motion.profiles import profiled
 from gcodesim.motion.rapids import doglegs

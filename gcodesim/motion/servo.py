@@ -41,7 +41,7 @@ from gcodesim.motion.path import Path, arc_displacement, path_fraction
 from gcodesim.motion.speeds import joint_speeds, largest_slope
 
 Floats = NDArray[np.float64]
-Pair = tuple[Floats, Floats]
+FloatPair = tuple[Floats, Floats]
 
 TAYLOR_TERMS = 13
 """Terms of the series of a matrix of norm 1/2 at most: the first left out is below 1e-17."""
@@ -200,7 +200,7 @@ def _carried(servo: Servo, seconds: Floats, speed: Floats) -> Floats:
     return np.array(rows[:-1])
 
 
-def response(servo: Servo, seconds: Floats, speed: Floats) -> tuple[Pair, Pair]:
+def response(servo: Servo, seconds: Floats, speed: Floats) -> tuple[FloatPair, FloatPair]:
     """How the state of a drive changes in a time under a command of polynomial speed.
 
     The state is e, with f = y'/w for order 2. It moves with x' = w B x + (u', 0), so that
@@ -222,7 +222,7 @@ def response(servo: Servo, seconds: Floats, speed: Floats) -> tuple[Pair, Pair]:
     return of[0], (np.asarray(e), np.asarray(f))
 
 
-def exponentials(x: Floats, damping: float | None) -> list[Pair]:
+def exponentials(x: Floats, damping: float | None) -> list[FloatPair]:
     """exp(x B), phi_1, phi_2 and phi_3 as pairs; without damping B is -1 and b is 0.
 
     phi_k(M) = sum_i M^i / (i + k)!: phi_3 by its series for an x halved until it is small, the
@@ -234,19 +234,19 @@ def exponentials(x: Floats, damping: float | None) -> list[Pair]:
     halvings = np.ceil(np.log2(np.maximum(x * norm, 0.5)) + 1.0).astype(np.int64)
     small = np.ldexp(x, -halvings)
 
-    def through(value: Pair, plus: float) -> Pair:
+    def through(value: FloatPair, plus: float) -> FloatPair:
         a, b = value
         if damping is None:
             return plus - small * a, b
         return plus - small * b, small * (a - 2.0 * damping * b)
 
-    def times(one: Pair, other: Pair) -> Pair:
+    def times(one: FloatPair, other: FloatPair) -> FloatPair:
         (a, b), (c, d) = one, other
         if damping is None:
             return a * c, b
         return a * c - b * d, a * d + b * c - 2.0 * damping * b * d
 
-    def mixed(value: Pair, share: float, *more: tuple[float, Pair]) -> Pair:
+    def mixed(value: FloatPair, share: float, *more: tuple[float, FloatPair]) -> FloatPair:
         a, b = value
         for weight, (c, d) in more:
             a, b = a + weight * c, b + weight * d

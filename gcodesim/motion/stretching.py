@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import NEAR_POLE_DEG, PS_PER_S
+from gcodesim.constants import LEAST_LOSS, NEAR_POLE_DEG, PS_PER_S
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint, Machine
 from gcodesim.machine.tool_centre import ToolCentre
 from gcodesim.motion.arc_moves import steepest_rises
 from gcodesim.motion.joint_moves import Moves
 from gcodesim.nc.program import CanonicalProgram, Kind
+
+SLOWEST_PART = 1e-9
+"""A joint whose least time is shorter than the longest by no more than this part is the slowest."""
 
 
 def least_times(moves: Moves, machine: Machine) -> NDArray[np.float64]:
@@ -53,7 +56,7 @@ def stretched(
     """
     is_feed = np.isin(program.kind[wanted.row], (Kind.FEED, Kind.ARC))
     lost = np.where(is_feed, np.maximum(least - wanted.seconds, 0.0), 0.0)
-    slow = np.flatnonzero(lost > 1e-12 * least)
+    slow = np.flatnonzero(lost > LEAST_LOSS * least)
     if not len(slow):
         return []
     angle = np.full(len(wanted), np.inf)
@@ -95,7 +98,7 @@ def _pole_angles(
     columns = [machine.axes.index(joint.name) for joint in centre.rotary.joints]
     free = columns[0]
     way = np.abs(wanted.q1[slow, free] - wanted.q0[slow, free])
-    is_slowest = way >= least * machine.joints[free].rapid * (1.0 - 1e-9)
+    is_slowest = way >= least * machine.joints[free].rapid * (1.0 - SLOWEST_PART)
     angles = [
         centre.rotary.pole_angles(centre.rotary.directions(q[slow][:, columns]))
         for q in (wanted.q0, wanted.q1)

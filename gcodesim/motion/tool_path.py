@@ -20,7 +20,7 @@ rigidly: by at most sum |dl_i| <= sqrt(3) |dl|, and for slides at right angles b
 orthogonal sum J dl, so by at most |dr|. The same holds between any two links, since every slide
 counts once. QED
 
-R (numerics.md 3.4). Let y(s) be a point with |y'| <= d1, |y''| <= d2 that stays within rho of the
+R is found by a lemma. Let y(s) be a point with |y'| <= d1, |y''| <= d2 that stays within rho of the
 axis of a joint turning at the rate w [rad], |w'| <= b. Turned by it, it has |.'| <= d1 + rho w and
 |.''| <= d2 + 2 w d1 + rho (w^2 + b). Applied from the tip outwards, on both sides of the slides,
 and added. The distance of x to an axis is convex in x: on a straight line it is largest at an end,

@@ -73,7 +73,7 @@ class FeedMode(IntEnum):
     PER_REVOLUTION = 95  # mm/rev at `speed` rev/min
 
 
-Corners = tuple[list[float], list[float]]
+StockCorners = tuple[list[float], list[float]]
 """Two opposite corners of a box, X Y Z [mm]."""
 
 ARC_DTYPE = np.dtype([("center", "f8", 3), ("normal", "f8", 3), ("turns", "i4")])
@@ -111,7 +111,7 @@ class CanonicalProgram:
     arcs: NDArray[np.void]
     start: NDArray[np.float64]
     texts: list[str] = field(default_factory=list)
-    stock: Corners | None = None
+    stock: StockCorners | None = None
 
     def __len__(self) -> int:
         return len(self.kind)

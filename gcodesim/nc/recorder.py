@@ -8,7 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.nc.program import ARC_DTYPE, ZERO, CanonicalProgram, Corners, FeedMode, Frame, Kind
+from gcodesim.nc.program import (
+    ARC_DTYPE,
+    ZERO,
+    CanonicalProgram,
+    FeedMode,
+    Frame,
+    Kind,
+    StockCorners,
+)
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]
 
@@ -23,7 +31,7 @@ class Recorder:
         self._arcs, self._turns = array("d"), array("i")
         self._texts: list[str] = []
         self._switches: list[tuple[int, int]] = [(0, Frame.MACHINE)]
-        self._stock: Corners | None = None
+        self._stock: StockCorners | None = None
 
     def __len__(self) -> int:
         return len(self._kind)
@@ -97,7 +105,7 @@ class Recorder:
         self._texts.append(text)
         self.add(Kind.MESSAGE, line, aux=len(self._texts) - 1)
 
-    def set_stock(self, corners: Corners) -> None:
+    def set_stock(self, corners: StockCorners) -> None:
         """Keep the stock; a later one replaces it."""
         self._stock = corners
 

@@ -9,9 +9,6 @@ from typing import Any, TextIO
 from rich.console import Console
 from rich.table import Table
 
-Row = tuple[str, str, str, Any]
-"""Section, item, quantity, value."""
-
 
 def print_bench(report: dict[str, Any], console: Console) -> None:
     """Print every table of a benchmark."""
@@ -100,7 +97,7 @@ def write_csv(report: dict[str, Any], out: TextIO) -> None:
     writer.writerows(_rows(report))
 
 
-def _rows(report: dict[str, Any]) -> Iterator[Row]:
+def _rows(report: dict[str, Any]) -> Iterator[tuple[str, str, str, Any]]:
     for section, values in report.items():
         for item, row in _items(section, values):
             for quantity, value in row.items():

@@ -9,8 +9,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-Row = dict[str, Any]
-
 
 def print_stability(study: dict[str, Any], console: Console) -> None:
     """Print the table, one line for each case, and a sum."""
@@ -21,7 +19,7 @@ def print_stability(study: dict[str, Any], console: Console) -> None:
         table.add_column(name, justify="right")
     table.add_column("")
     table.add_column("")
-    before: Row = {}
+    before: dict[str, Any] = {}
     for row in study["cases"]:
         table.add_row(*_cells(row, before), row["unit"], _verdict(row["ok"]))
         before = row
@@ -36,7 +34,7 @@ def print_stability(study: dict[str, Any], console: Console) -> None:
     )
 
 
-def _cells(row: Row, before: Row) -> list[str]:
+def _cells(row: dict[str, Any], before: dict[str, Any]) -> list[str]:
     """Texts and numbers of a case; what the line above has too is left out."""
     names, same, texts = ("topic", "case", "quantity"), True, []
     for name in names:

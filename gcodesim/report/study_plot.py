@@ -7,8 +7,6 @@ from typing import Any
 from gcodesim.errors import UsageError
 from gcodesim.report.study_report import verdict_of
 
-Row = dict[str, Any]
-
 COLUMNS = 2
 """Scenes beside each other; each has a diagram of time and one of work."""
 
@@ -66,11 +64,11 @@ def plot_accuracy(report: dict[str, Any], path: str) -> None:
     figure.savefig(path, dpi=100, format="png", metadata={"Software": report["schema"]})
 
 
-def _work(row: Row) -> float:
+def _work(row: dict[str, Any]) -> float:
     return float(max(1.0, row["poses"] + row["box_tests"] + row["triangle_tests"]))
 
 
-def _draw(axes: Any, scene: str, rows: list[Row], label: str, cost: Any) -> None:
+def _draw(axes: Any, scene: str, rows: list[dict[str, Any]], label: str, cost: Any) -> None:
     """One diagram: filled = largest error, hollow = median; misses and false alarms in words.
 
     Where there is no error to show, because all runs missed or nothing touches, the points lie on
@@ -95,7 +93,7 @@ def _draw(axes: Any, scene: str, rows: list[Row], label: str, cost: Any) -> None
     axes.tick_params(labelsize=6)
 
 
-def _name(axes: Any, row: Row, cost: float, color: str, marker: str) -> None:
+def _name(axes: Any, row: dict[str, Any], cost: float, color: str, marker: str) -> None:
     """Say in red where runs missed, or gave a false alarm; draw what has no error to be drawn."""
     x = _setting(row) if row["error_max"] is None else max(row["error_max"], LEAST_S)
     if row["error_max"] is None:
@@ -104,6 +102,6 @@ def _name(axes: Any, row: Row, cost: float, color: str, marker: str) -> None:
         axes.annotate(verdict_of(row), (x, cost), fontsize=5, color="red")
 
 
-def _setting(row: Row) -> float:
+def _setting(row: dict[str, Any]) -> float:
     """Setting of the knob: seconds of a period, millimetres of a tolerance."""
     return float(row["setting"] * (1e-3 if "ms" in row["knob"] else 1.0))

@@ -8,8 +8,6 @@ from typing import Any, TextIO
 from rich.console import Console
 from rich.table import Table
 
-Row = dict[str, Any]
-
 RUN_COLUMNS = (
     "scene", "method", "knob", "setting", "unit", "runs", "error_median", "error_max", "bound",
     "latest", "missed", "false", "alarms", "clearance_mm", "missed_mm", "missed_s",
@@ -53,7 +51,7 @@ def print_accuracy(report: dict[str, Any], console: Console) -> None:
     print_goals(report["goals"], console)
 
 
-def verdict_of(row: Row) -> str:
+def verdict_of(row: dict[str, Any]) -> str:
     """What came of the runs of a setting: MISS n/m and FALSE n/m are never left out."""
     words = [
         f"{word} {row[key]}/{row['runs']}"
@@ -97,7 +95,7 @@ def print_triangles(report: dict[str, Any], console: Console) -> None:
     print_goals(report["goals"], console)
 
 
-def print_goals(goals: list[Row], console: Console) -> None:
+def print_goals(goals: list[dict[str, Any]], console: Console) -> None:
     """Print goals, what was found, and ok or short."""
     drawn = _table("Goals", ("goal", "what"), ("found", "wanted", ""))
     for goal in goals:
@@ -116,7 +114,7 @@ def write_triangles_csv(report: dict[str, Any], out: TextIO) -> None:
     _write(TRIANGLE_COLUMNS, report["rows"], out)
 
 
-def _write(columns: tuple[str, ...], rows: list[Row], out: TextIO) -> None:
+def _write(columns: tuple[str, ...], rows: list[dict[str, Any]], out: TextIO) -> None:
     writer = csv.DictWriter(out, columns, extrasaction="ignore", lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

@@ -16,13 +16,13 @@ from gcodesim.checking.verdict import (
     ReadingTaken,
     effect_at,
 )
-from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding, Ignored
 from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import RunOutcome
+from gcodesim.report.rows import EFFECTS
 
 COLORS = {PASS: "bold green", FAIL: "bold red", INCONCLUSIVE: "bold yellow"}
 SEVERITY_COLORS = {"error": "red", "warning": "yellow", "note": "cyan"}
-EFFECTS = (FAIL, INCONCLUSIVE, NOTED)
 AXES = "XYZABCUVW"
 """Order in which a control shows its axes."""
 
@@ -168,7 +168,7 @@ def _listed(result: CheckResult) -> Iterator[str]:
             f"{nearest.time_s:.6f} s, line {nearest.line}"
         )
     if clear := _clear(result):
-        yield f"  proved clear without a look: {', '.join(clear)}"
+        yield f"  proved apart without search: {', '.join(clear)}"
 
 
 def _clear(result: CheckResult) -> list[str]:

@@ -9,8 +9,6 @@ from typing import Any
 from gcodesim.study.methods import METHODS, PERIOD
 from gcodesim.study.representation import CYCLE_S, POSE_MM
 
-Row = dict[str, Any]
-
 CERTIFIED = ("paper", "exhaustive", "search")
 """Methods at samples whose answer must be the expected one."""
 
@@ -31,14 +29,14 @@ FEWER_POSES = {
 FEWER_AT_MS = 0.1
 """G10: times fewer poses than every sample, at this period."""
 
-CLEARANCE_SLACK_MM = 2e-9
+PROVED_CLEARANCE_SLACK_MM = 2e-9
 """Slack of the proofs and of the pose, on top of a tolerance [mm]."""
 
 MOVED_PER_TICK_MM = {"S12": 6e-6}
 """What a body moves [mm] in 1 ps, the resolution of the search between samples, where it counts."""
 
 
-def goals(rows: list[Row], shown: list[Row]) -> list[Row]:
+def goals(rows: list[dict[str, Any]], shown: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """All goals that the rows can answer."""
     found = [
         *_expected_samples(rows),
@@ -52,12 +50,12 @@ def goals(rows: list[Row], shown: list[Row]) -> list[Row]:
     return [goal for goal in found if goal["found"] is not None]
 
 
-def _goal(name: str, what: str, found: float | None, sign: str, wanted: float) -> Row:
+def _goal(name: str, what: str, found: float | None, sign: str, wanted: float) -> dict[str, Any]:
     ok = found is not None and (found <= wanted if sign == "<=" else found >= wanted)
     return {"goal": name, "what": what, "found": found, "wanted": f"{sign} {wanted:g}", "ok": ok}
 
 
-def _of(rows: list[Row], **wanted: Any) -> list[Row]:
+def _of(rows: list[dict[str, Any]], **wanted: Any) -> list[dict[str, Any]]:
     return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
 
 
@@ -70,14 +68,14 @@ def _total(values: Iterable[float]) -> float | None:
     return sum(each) if each else None
 
 
-def _expected_samples(rows: list[Row]) -> list[Row]:
+def _expected_samples(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """G7: the sample of the closed form, or a miss where no sample lies within the contact."""
     found = [row for row in rows if row["method"] in CERTIFIED]
     what = "runs at samples (" + ", ".join(CERTIFIED) + ") whose sample is not the expected one"
     return [_goal("G7", what, _total(row["unexpected"] for row in found), "<=", 0)]
 
 
-def _same_samples(rows: list[Row]) -> list[Row]:
+def _same_samples(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """G9: every certified method names the same sample."""
     answers: dict[tuple[str, float], set[tuple[float | None, ...]]] = {}
     for row in rows:
@@ -88,13 +86,13 @@ def _same_samples(rows: list[Row]) -> list[Row]:
     return [_goal("G9", "settings at which methods differ in a sample", _total(differ), "<=", 0)]
 
 
-def _between(rows: list[Row], method: str) -> list[Row]:
+def _between(rows: list[dict[str, Any]], method: str) -> list[dict[str, Any]]:
     """G8: never late, never farther than the tolerance, nothing thin or quick missed."""
     found = [row for row in rows if row["method"] == method]
     excess = (
         row["clearance_mm"]
         - row["setting"]
-        - CLEARANCE_SLACK_MM
+        - PROVED_CLEARANCE_SLACK_MM
         - MOVED_PER_TICK_MM.get(row["scene"], 0.0)
         for row in found
         if row["setting"] >= POSES_TOLERANCE_MM
@@ -120,7 +118,7 @@ def _between(rows: list[Row], method: str) -> list[Row]:
     ]
 
 
-def _fewer_poses(rows: list[Row]) -> list[Row]:
+def _fewer_poses(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """G10: poses of the search against those of every sample."""
     found = []
     for scene, wanted in FEWER_POSES.items():
@@ -136,7 +134,7 @@ def _fewer_poses(rows: list[Row]) -> list[Row]:
     return found
 
 
-def _speed(rows: list[Row]) -> list[Row]:
+def _speed(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """How much faster the search is than every sample at the same small error."""
 
     def quickest(method: str) -> float | None:
@@ -156,7 +154,7 @@ def _speed(rows: list[Row]) -> list[Row]:
     return found
 
 
-def _representation(shown: list[Row]) -> list[Row]:
+def _representation(shown: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """G12, G13: poses and cycle times."""
     poses = _of(shown, method="pose", knob="float64")
     times = _of(shown, method="picoseconds")

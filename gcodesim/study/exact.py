@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Vector = tuple[int, int, int]
-Triangle = tuple[Vector, Vector, Vector]
+IntVector = tuple[int, int, int]
+Triangle = tuple[IntVector, IntVector, IntVector]
 Corners = Sequence[Sequence[float]]
 
-ZERO: Vector = (0, 0, 0)
+ZERO: IntVector = (0, 0, 0)
 EDGES = ((0, 1), (1, 2), (2, 0))
 
 
@@ -114,7 +114,7 @@ def _meet(a: Triangle, b: Triangle) -> bool:
 
 
 def _outline_meets_face(
-    outline: Triangle, face: Triangle, normal: Vector, heights: Sequence[int]
+    outline: Triangle, face: Triangle, normal: IntVector, heights: Sequence[int]
 ) -> bool:
     for i, j in EDGES:
         p, q = outline[i], outline[j]
@@ -128,7 +128,7 @@ def _outline_meets_face(
     return False
 
 
-def _crossing_edge_meets_face(p: Vector, q: Vector, face: Triangle) -> bool:
+def _crossing_edge_meets_face(p: IntVector, q: IntVector, face: Triangle) -> bool:
     """Tell whether segment pq, which crosses the plane of the face in one point, hits the face.
 
     The line pq passes the three edges all on the same side, or through them.
@@ -139,7 +139,7 @@ def _crossing_edge_meets_face(p: Vector, q: Vector, face: Triangle) -> bool:
     return min(sides) >= 0 or max(sides) <= 0
 
 
-def _flat_edge_meets_face(p: Vector, q: Vector, face: Triangle, normal: Vector) -> bool:
+def _flat_edge_meets_face(p: IntVector, q: IntVector, face: Triangle, normal: IntVector) -> bool:
     """Tell whether segment pq, which lies in the plane of the face, meets the face."""
     inside = all(
         _dot(normal, _cross(_sub(face[j], face[i]), _sub(p, face[i]))) >= 0 for i, j in EDGES
@@ -147,7 +147,7 @@ def _flat_edge_meets_face(p: Vector, q: Vector, face: Triangle, normal: Vector) 
     return inside or any(_segments_meet(p, q, face[i], face[j]) for i, j in EDGES)
 
 
-def _segments_meet(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
+def _segments_meet(p: IntVector, q: IntVector, r: IntVector, s: IntVector) -> bool:
     """Tell whether segments pq and rs share a point; either may be a single point."""
     d, e, w = _sub(q, p), _sub(s, r), _sub(r, p)
     c = _cross(d, e)
@@ -163,7 +163,7 @@ def _segments_meet(p: Vector, q: Vector, r: Vector, s: Vector) -> bool:
     )
 
 
-def _directions(a: Triangle, b: Triangle) -> Iterator[Vector]:
+def _directions(a: Triangle, b: Triangle) -> Iterator[IntVector]:
     """Yield every direction in which the closest points of two disjoint triangles can differ."""
     edges_a = [_sub(a[j], a[i]) for i, j in EDGES]
     edges_b = [_sub(b[j], b[i]) for i, j in EDGES]
@@ -177,15 +177,15 @@ def _directions(a: Triangle, b: Triangle) -> Iterator[Vector]:
     yield from (d for d in candidates if d != ZERO)
 
 
-def _sub(u: Vector, v: Vector) -> Vector:
+def _sub(u: IntVector, v: IntVector) -> IntVector:
     return (u[0] - v[0], u[1] - v[1], u[2] - v[2])
 
 
-def _dot(u: Vector, v: Vector) -> int:
+def _dot(u: IntVector, v: IntVector) -> int:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
-def _cross(u: Vector, v: Vector) -> Vector:
+def _cross(u: IntVector, v: IntVector) -> IntVector:
     u0, u1, u2 = u
     v0, v1, v2 = v
     return (u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0)

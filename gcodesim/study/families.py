@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-Pairs = tuple[Array, Array]
+TrianglePairs = tuple[Array, Array]
 Scalar = float | Array
 
 
-def generate(family: str, count: int, seed: int) -> Pairs:
+def generate(family: str, count: int, seed: int) -> TrianglePairs:
     """Return `count` triangle pairs of a family as two (count, 3, 3) arrays.
 
     The pairs depend on family, count and seed only; F11 is F02 times 1e-3.
@@ -50,7 +50,7 @@ def _polar(radius: Scalar, angle: Scalar, z: Scalar) -> Array:
 
 def _vertex_face(
     rng: np.random.Generator, size_a: Array, size_b: Array, gap: Array, tilt_a: Scalar
-) -> Pairs:
+) -> TrianglePairs:
     """Return A standing on its first vertex at height gap over the face of B in plane z = 0."""
     n = len(gap)
     phi = rng.uniform(0, 2 * np.pi, (n, 1)) + np.arange(3) * (2 * np.pi / 3)
@@ -79,7 +79,7 @@ def edges_near(
     tilt_a: Scalar = 1.0,
     tilt_b: Scalar = 1.0,
     angle: Array | None = None,
-) -> Pairs:
+) -> TrianglePairs:
     """Return A above and B below, edges crossing over the origin at height gap and at an angle."""
     n = len(gap)
     if angle is None:
@@ -108,7 +108,7 @@ def _mix(
     gap: Array,
     tilt_a: Scalar = 1.0,
     tilt_b: Scalar = 1.0,
-) -> Pairs:
+) -> TrianglePairs:
     """Return vertex-face and edge-edge contacts in turn."""
     a_vf, b_vf = _vertex_face(rng, size_a, size_b, gap, tilt_a)
     a_ee, b_ee = edges_near(rng, size_a, size_b, gap, tilt_a, tilt_b)
@@ -116,7 +116,7 @@ def _mix(
     return np.where(even, a_vf, a_ee), np.where(even, b_vf, b_ee)
 
 
-def placed(rng: np.random.Generator, pairs: Pairs, offset: Scalar) -> Pairs:
+def placed(rng: np.random.Generator, pairs: TrianglePairs, offset: Scalar) -> TrianglePairs:
     """Turn every pair at random, then move it by up to the offset along each axis."""
     n = len(pairs[0])
     w, x, y, z = (q := rng.normal(size=(4, n))) / np.linalg.norm(q, axis=0)
@@ -132,7 +132,7 @@ def placed(rng: np.random.Generator, pairs: Pairs, offset: Scalar) -> Pairs:
     return a, b
 
 
-def shuffled(rng: np.random.Generator, a: Array, b: Array) -> Pairs:
+def shuffled(rng: np.random.Generator, a: Array, b: Array) -> TrianglePairs:
     """Reorder the vertices of every triangle and swap half of the pairs."""
     n = len(a)
     a, b = (
@@ -149,10 +149,10 @@ def _near_contact(
     offset: float,
     sizes_b: tuple[float, float] | None = None,
     tilts: tuple[float, float] = (0.0, 0.0),
-) -> Callable[[np.random.Generator, int], Pairs]:
+) -> Callable[[np.random.Generator, int], TrianglePairs]:
     """Return the generator of a mix whose decimal exponents are uniform in the given ranges."""
 
-    def generator(rng: np.random.Generator, n: int) -> Pairs:
+    def generator(rng: np.random.Generator, n: int) -> TrianglePairs:
         size_a, size_b = powers(rng, n, *sizes_a), powers(rng, n, *(sizes_b or sizes_a))
         gap, tilt_a, tilt_b = (
             signed(rng, n, *gaps),
@@ -164,19 +164,19 @@ def _near_contact(
     return generator
 
 
-def _random(rng: np.random.Generator, n: int) -> Pairs:
+def _random(rng: np.random.Generator, n: int) -> TrianglePairs:
     a, b = rng.uniform(-30, 30, (2, n, 1, 3)) + rng.uniform(-50, 50, (2, n, 3, 3))
     return a, b
 
 
-def _parallel_edges(rng: np.random.Generator, n: int) -> Pairs:
+def _parallel_edges(rng: np.random.Generator, n: int) -> TrianglePairs:
     angle = powers(rng, n, -9, -1)
     angle[: n // 5] = 0.0
     size_a, size_b = powers(rng, n, 0, 2), powers(rng, n, 0, 2)
     return placed(rng, edges_near(rng, size_a, size_b, signed(rng, n, -9, -1), angle=angle), 1000)
 
 
-def _coplanar(rng: np.random.Generator, n: int) -> Pairs:
+def _coplanar(rng: np.random.Generator, n: int) -> TrianglePairs:
     """Return pairs in one plane normal to an axis: A's apex over (or in) an edge of B."""
     size_a, size_b, gap = (
         powers(rng, n, -1, 2),
@@ -203,7 +203,7 @@ def _coplanar(rng: np.random.Generator, n: int) -> Pairs:
     return a, b
 
 
-def _slivers(rng: np.random.Generator, n: int) -> Pairs:
+def _slivers(rng: np.random.Generator, n: int) -> TrianglePairs:
     """Return pairs of equally thin slivers: third vertices pulled almost onto the first edge."""
     size_a, size_b = powers(rng, n, 0, 2.5), powers(rng, n, 0, 2.5)
     a, b = _mix(rng, size_a, size_b, signed(rng, n, -8, -1))
@@ -214,7 +214,7 @@ def _slivers(rng: np.random.Generator, n: int) -> Pairs:
     return placed(rng, (a, b), 1000)
 
 
-def _degenerate(rng: np.random.Generator, n: int) -> Pairs:
+def _degenerate(rng: np.random.Generator, n: int) -> TrianglePairs:
     """Return segments and points: A segment, A point, B segment, both, A split at its middle."""
     size_a, size_b = powers(rng, n, 0, 2), powers(rng, n, 0, 2)
     a, b = _mix(rng, size_a, size_b, signed(rng, n, -8, -1))
@@ -230,7 +230,7 @@ def _degenerate(rng: np.random.Generator, n: int) -> Pairs:
     return a, b
 
 
-def _exact_touch(rng: np.random.Generator, n: int) -> Pairs:
+def _exact_touch(rng: np.random.Generator, n: int) -> TrianglePairs:
     """Return pairs that share one point or edge exactly; in a third B is then moved by one ulp."""
     a, b = rng.integers(-(2**19), 2**19, (2, n, 3, 3))
     kind = rng.integers(0, 4, n)
@@ -248,17 +248,17 @@ def _exact_touch(rng: np.random.Generator, n: int) -> Pairs:
     return a, b
 
 
-def _far_origin(rng: np.random.Generator, n: int) -> Pairs:
+def _far_origin(rng: np.random.Generator, n: int) -> TrianglePairs:
     size_a, size_b = powers(rng, n, -3, 1), powers(rng, n, -3, 1)
     return placed(rng, _mix(rng, size_a, size_b, signed(rng, n, -6, 0)), powers(rng, n, 5, 7))
 
 
-def _micro(rng: np.random.Generator, n: int) -> Pairs:
+def _micro(rng: np.random.Generator, n: int) -> TrianglePairs:
     size = powers(rng, n, -4, -2)
     return placed(rng, _mix(rng, size, size, size * signed(rng, n, -3, 0)), 1.0)
 
 
-_GENERATORS: dict[str, Callable[[np.random.Generator, int], Pairs]] = {
+_GENERATORS: dict[str, Callable[[np.random.Generator, int], TrianglePairs]] = {
     "F01": _random,
     "F02": _near_contact((-0.3, 2.3), (-9, -1), 1500),
     "F03": _parallel_edges,

@@ -33,7 +33,6 @@ from gcodesim.study.scenes import (
 )
 
 Floats = NDArray[np.float64]
-Row = dict[str, Any]
 
 INSTANTS = 25
 """Instants at which poses are compared, spread over the path."""
@@ -49,7 +48,7 @@ def _row(
     unit: str,
     errors: Iterable[float],
     bound: float | None,
-) -> Row:
+) -> dict[str, Any]:
     sizes = [abs(e) for e in errors]
     return {
         "scene": scene,
@@ -73,7 +72,7 @@ POSE_MM = 1e-11
 """Goal G12 [mm]."""
 
 
-def pose_rows() -> list[Row]:
+def pose_rows() -> list[dict[str, Any]]:
     """Largest distance of a vertex from where it belongs, in two precisions, over a path [mm]."""
     rows = []
     for name in POSE_SCENES:
@@ -132,7 +131,7 @@ rate of the table [deg/s]."""
 PHASES = 20
 
 
-def chord_rows(sides: tuple[int, ...]) -> list[Row]:
+def chord_rows(sides: tuple[int, ...]) -> list[dict[str, Any]]:
     """Distance of a smooth round tool from a face when the polygon in its place first touches it.
 
     S4: the gap of the smooth tool is FACE - RADIUS - ARM sin(angle). A polygon around the circle
@@ -181,7 +180,7 @@ SUMS: dict[str, Callable[[Floats], float]] = {
 }
 
 
-def cycle_rows(blocks: int) -> list[Row]:
+def cycle_rows(blocks: int) -> list[dict[str, Any]]:
     """Program time of many equal blocks against the exact quotient of decimals [s]."""
     exact = blocks * Fraction(STEP_MM) * 60 / Fraction(FEED)
     text = "G21 G91 G94\nG1 F" + FEED + "\n" + f"X{STEP_MM}\n" * blocks + "M30\n"

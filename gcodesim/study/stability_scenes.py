@@ -20,7 +20,7 @@ from gcodesim.study.stability_case import Case
 from gcodesim.study.stability_motion import SEED, free_machine, path_of
 
 Array = NDArray[np.float64]
-Answer = tuple[int, str, bool] | None
+SceneAnswer = tuple[int, str, bool] | None
 """Sample and pair of the first contact and whether it is between samples; None: free."""
 
 FAR_MM = 1e5
@@ -38,7 +38,7 @@ class RandomScene:
     path: Path
     period_ps: int = DEFAULT_PERIOD_PS
 
-    def answer(self) -> Answer:
+    def answer(self) -> SceneAnswer:
         """The first contact by the search, between samples too."""
         aims = Aims()
         task = Task(
@@ -198,22 +198,22 @@ def half_period(scene: RandomScene) -> RandomScene:
 # --- the same answer ------------------------------------------------------------------------------
 
 
-def same(before: Answer, after: Answer) -> bool:
+def same(before: SceneAnswer, after: SceneAnswer) -> bool:
     """Sample, pair and kind."""
     return before == after
 
 
-def same_sample(before: Answer, after: Answer) -> bool:
+def same_sample(before: SceneAnswer, after: SceneAnswer) -> bool:
     """Of a sample with several contacts, another pair may come first."""
     return (before and (before[0], before[2])) == (after and (after[0], after[2]))
 
 
-def same_freedom(before: Answer, after: Answer) -> bool:
+def same_freedom(before: SceneAnswer, after: SceneAnswer) -> bool:
     """Free stays free, and a contact is one backwards too."""
     return (before is None) == (after is None)
 
 
-def same_time(before: Answer, after: Answer) -> bool:
+def same_time(before: SceneAnswer, after: SceneAnswer) -> bool:
     """The sample of the same instant: twice as far, or the one before."""
     if before is None or after is None:
         return before is after
@@ -221,7 +221,7 @@ def same_time(before: Answer, after: Answer) -> bool:
 
 
 Change = Callable[[RandomScene], RandomScene]
-CHANGES: dict[str, tuple[Change, Callable[[Answer, Answer], bool]]] = {
+CHANGES: dict[str, tuple[Change, Callable[[SceneAnswer, SceneAnswer], bool]]] = {
     "triangles permuted": (other_order, same),
     "pairs permuted": (other_pairs, same_sample),
     "mirrored": (mirrored, same),

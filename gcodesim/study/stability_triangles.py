@@ -75,8 +75,8 @@ def plane_contact(a: Array, b: Array) -> Bools:
     return np.asarray(~((away > 0).all(axis=1) | (away < 0).all(axis=1)))
 
 
-Test = Callable[[Array, Array], Bools]
-TEXTBOOK: dict[str, Test] = {
+TextbookTest = Callable[[Array, Array], Bools]
+TEXTBOOK: dict[str, TextbookTest] = {
     "17 axes, float32": lambda a, b: textbook_contact(a, b, np.float32),
     "17 axes, float64": lambda a, b: textbook_contact(a, b, np.float64),
     "n.x + d over 1e-6": plane_contact,

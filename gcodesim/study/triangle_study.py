@@ -50,7 +50,7 @@ TESTS: dict[str, Test] = {
 
 
 @dataclass
-class Pairs:
+class LabelledPairs:
     """The pairs of one family with their exact answers; distances are found once, when asked for.
 
     Attributes:
@@ -102,16 +102,16 @@ def _advance(progress: Callable[[float], None], families: int, fraction: float) 
     progress((families + fraction) / len(FAMILIES))
 
 
-def _pairs(family: str, count: int, progress: Callable[[float], None]) -> Pairs:
+def _pairs(family: str, count: int, progress: Callable[[float], None]) -> LabelledPairs:
     a, b = generate(family, count, SEED)
     touching = []
     for first in range(0, count, CHUNK):
         touching.append(label(a[first : first + CHUNK], b[first : first + CHUNK]))
         progress(first / count)
-    return Pairs(a, b, np.concatenate(touching), MM_PER_UNIT.get(family, 1.0))
+    return LabelledPairs(a, b, np.concatenate(touching), MM_PER_UNIT.get(family, 1.0))
 
 
-def compare(pairs: Pairs, name: str, test: Test) -> dict[str, Any]:
+def compare(pairs: LabelledPairs, name: str, test: Test) -> dict[str, Any]:
     """Verdicts of one test against the truth, and its time per pair, copies included."""
     timing, found = time_runs(lambda: test(pairs.a, pairs.b), RUNS)
     missed = np.flatnonzero(pairs.touching & ~found)

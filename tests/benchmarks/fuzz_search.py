@@ -59,24 +59,24 @@ def _complaints(trial: Trial, device: str) -> list[str]:
     expected = answer(run(trial, "exhaustive", device=device))
     found = run(trial, device=device)
     proof = run(trial, between=True, device=device)
-    told = []
+    complaints = []
     if answer(found) != expected:
-        told.append(f"exhaustive {expected}, search {answer(found)}")
+        complaints.append(f"exhaustive {expected}, search {answer(found)}")
     if answer(proof) != expected:
         c = proof.contact
         if c is None or not c.between or c.distance > TOLERANCE_MM + 1e-6:
-            told.append(f"exhaustive {expected}, between samples {answer(proof)}")
+            complaints.append(f"exhaustive {expected}, between samples {answer(proof)}")
         elif expected is not None and (c.sample, c.pair.name) >= expected[:2]:
-            told.append(f"exhaustive {expected} comes before {answer(proof)}")
+            complaints.append(f"exhaustive {expected} comes before {answer(proof)}")
     for detection in (found, proof):
         if any(findings.overflows for findings in detection.findings):
-            told.append("a stack was full")
+            complaints.append("a stack was full")
     for setup in SETUPS:
         for usual, between in ((found, False), (proof, True)):
             other = answer(run(trial, between=between, setup=setup, device=device))
             if other != answer(usual):
-                told.append(f"{setup}, between={between}: {other} instead of {answer(usual)}")
-    return told
+                complaints.append(f"{setup}, between={between}: {other} instead of {answer(usual)}")
+    return complaints
 
 
 if __name__ == "__main__":

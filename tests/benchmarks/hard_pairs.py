@@ -6,7 +6,7 @@ import numpy as np
 
 from gcodesim.study.families import (
     FAMILIES,
-    Pairs,
+    TrianglePairs,
     edges_near,
     placed,
     powers,
@@ -22,7 +22,7 @@ GRID_MM = 2.0**-33
 """Snapping grid of every second half dozen; |x| < 2^20 mm stays exact in float64."""
 
 
-def generate(family: str, count: int, seed: int) -> Pairs:
+def generate(family: str, count: int, seed: int) -> TrianglePairs:
     """Pairs of a family of the study, or of the hard one; two arrays (count, 3, 3)."""
     if family != HARD:
         return of_study(family, count, seed)
@@ -30,7 +30,7 @@ def generate(family: str, count: int, seed: int) -> Pairs:
     return shuffled(rng, *_hard(rng, count))
 
 
-def _hard(rng: np.random.Generator, n: int) -> Pairs:
+def _hard(rng: np.random.Generator, n: int) -> TrianglePairs:
     """Nearly parallel edges, tilted in three ways, every other three pairs on the grid."""
     variant, snapped = np.arange(n) % 3, np.arange(n) // 3 % 2 == 1
     size_a, size_b = powers(rng, n, 2, 3), powers(rng, n, 2, 3)

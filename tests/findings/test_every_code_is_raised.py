@@ -1,4 +1,4 @@
-"""Every code of the table is raised by a program, a model or a comment, by way of a public call."""
+"""Every code of the table is raised: by a check of a program, or by lint of a model (GC50x)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Writes all transcripts again and names those that change: `python tests/frozen/renew.py`.
 
-Words behind it choose transcripts: `samples/` or `field/g01`.
+Words after it choose transcripts: `samples/` or `field/g01`.
 """
 
 from __future__ import annotations

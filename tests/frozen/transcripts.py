@@ -86,10 +86,10 @@ def _carried_out(step: Step) -> Step:
         return step
     # In CI a check writes a picture of a contact into the working folder.
     done = CliRunner().invoke(main, shlex.split(step["command"]), env={"CI": None})
-    said = {"command": step["command"], "exit": done.exit_code}
+    output = {"command": step["command"], "exit": done.exit_code}
     if done.stderr:
-        said["errors"] = _comparable(done.stderr).splitlines()
-    return said | _output(_comparable(done.stdout))
+        output["errors"] = _comparable(done.stderr).splitlines()
+    return output | _output(_comparable(done.stdout))
 
 
 def _comparable(text: str) -> str:

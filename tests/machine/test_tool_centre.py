@@ -37,7 +37,7 @@ SOLUTIONS = [
     ("nutating table", "BC", [(42.941403, -65.542268), (-42.941403, 145.542268)]),
     ("nutating head", "CB", [(-65.542268, 42.941403), (145.542268, -42.941403)]),
 ]
-"""kinematics.md section 4: solutions for the direction I 40, J 30, in the order of `letters`."""
+"""Solutions for the direction I 40, J 30, in the order of `letters`."""
 
 
 def pick(abc: ArrayLike, letters: str) -> tuple[float, ...]:

@@ -16,7 +16,7 @@ from gcodesim.collision.geometry.device import BIT_EQUAL
 
 wp.set_module_options(BIT_EQUAL)
 
-Number = TypeVar("Number", int, NDArray[np.int64])
+OneOrMany = TypeVar("OneOrMany", int, NDArray[np.int64])
 
 PAIR_BITS = 16
 """Bits of the pair in a contact key: they allow 65,536 pairs and 1.4e14 samples."""
@@ -32,7 +32,7 @@ PAIR_SHIFT = wp.constant(wp.int64(PAIR_BITS))
 NUMBER_SHIFT = wp.constant(wp.int64(NUMBER_BITS))
 
 
-def contact_key(sample: Number, pair: Number) -> Number:
+def contact_key(sample: OneOrMany, pair: OneOrMany) -> OneOrMany:
     """Key of a contact of a pair at a sample, or the keys of several."""
     return (sample << PAIR_BITS) + pair
 

@@ -13,7 +13,7 @@ from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, Pose, pai
 wp.set_module_options(BIT_EQUAL)
 
 RADIAN = wp.constant(wp.float64(0.017453292519943295))
-ROUNDED_UP = wp.constant(wp.float64(1.0 + 1.0e-12))
+CHORD_ROUNDED_UP = wp.constant(wp.float64(1.0 + 1.0e-12))
 
 
 @wp.struct
@@ -131,7 +131,7 @@ def side_leaves_chord(
         else:
             curvature += wp.float64(2.0) * turned * m[0]
             leaving += m[1]
-    return (curvature * wp.float64(0.125) + leaving) * ROUNDED_UP
+    return (curvature * wp.float64(0.125) + leaving) * CHORD_ROUNDED_UP
 
 
 @wp.func

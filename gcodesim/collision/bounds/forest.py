@@ -31,7 +31,7 @@ class Forest:
     arrays: ForestArrays
     sides: ChainArrays
     distinct: ChainArrays
-    row: Any
+    row: wp.array[wp.int32]
 
 
 def build_forest(scene: Scene, joints: tuple[Joint, ...]) -> Forest:

@@ -12,9 +12,12 @@ from gcodesim.collision.geometry.poses import Pose
 wp.set_module_options(BIT_EQUAL)
 
 TINY = wp.constant(wp.float64(1.0e-30))
+"""Vectors shorter than this, or triangles with a normal shorter, have no direction."""
 AIM_STEPS = wp.constant(6)
 GOOD_ENOUGH = wp.constant(wp.float64(0.4))
 """A direction whose gap is at least this part of the distance estimate is not refined further."""
+NO_WAY = wp.constant(wp.float64(1.0e-9))
+"""A way shorter than this [mm] gives no direction: the next guess is taken instead."""
 
 
 @wp.struct
@@ -210,10 +213,10 @@ def aim_at_node(forest: ForestArrays, a: wp.int32, b: wp.int32, pose: Pose):
     """
     v = aim_at_box(forest, a, b, pose)
     length = wp.length(v)
-    if length < wp.float64(1.0e-9):
+    if length < NO_WAY:
         v = pose.R * forest.centre[b] + pose.t - forest.centre[a]
         length = wp.length(v)
-        if length < wp.float64(1.0e-9):
+        if length < NO_WAY:
             return wp.vec3d()
     n = v / length
     if forest.vertex_count[a] + forest.vertex_count[b] == 0:
@@ -225,7 +228,7 @@ def aim_at_node(forest: ForestArrays, a: wp.int32, b: wp.int32, pose: Pose):
     steps = wp.int32(AIM_STEPS)
     for _k in range(steps):
         length = wp.length(point)
-        if length < wp.float64(1.0e-9) or best >= (wp.float64(1.0) - GOOD_ENOUGH) * length:
+        if length < NO_WAY or best >= (wp.float64(1.0) - GOOD_ENOUGH) * length:
             break
         n = point / length
         support = posed_difference(forest, a, b, pose, n)

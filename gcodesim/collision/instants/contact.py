@@ -12,6 +12,9 @@ from gcodesim.collision.geometry.poses import PathArrays
 from gcodesim.collision.instants.posed_pair import pose_pair
 from gcodesim.motion.samples import Instants
 
+EDGE_PART = 1e-9
+"""A piercing point this part outside a triangle still counts: rounding must not lose it."""
+
 
 @dataclass(frozen=True)
 class TouchingTriangles:
@@ -119,6 +122,6 @@ def _piercings(a: NDArray[np.float64], b: NDArray[np.float64]) -> list[NDArray[n
             continue
         point = a[i] + heights[i] / (heights[i] - heights[j]) * (a[j] - a[i])
         sides = [np.cross(b[(k + 1) % 3] - b[k], point - b[k]) @ normal for k in range(3)]
-        if min(sides) >= -1e-9 * float(normal @ normal):
+        if min(sides) >= -EDGE_PART * float(normal @ normal):
             found.append(point)
     return found

@@ -20,13 +20,13 @@ from gcodesim.collision.geometry.closest import (
 from gcodesim.collision.geometry.device import BIT_EQUAL, lent
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, Pose, pair_pose
 from gcodesim.collision.geometry.predicates import triangles_touch
+from gcodesim.collision.instants.posed_pair import FARTHEST
 from gcodesim.constants import DISTANCE_GOOD_TO_MM
 
 wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
 
 GOOD_TO = wp.constant(wp.float64(DISTANCE_GOOD_TO_MM))
 STACK = wp.constant(160)
-FARTHEST = wp.constant(wp.float64(1.0e30))
 UNDECIDED = wp.constant(wp.float64(-1.0))
 
 

@@ -20,13 +20,13 @@ from gcodesim.collision.instants.posed_pair import PosedPair, pose_pair
 from gcodesim.collision.search.search import Outcome, Roots, Searcher
 from gcodesim.collision.search.search_kernel import MODE_APPROACH, MODE_AT_SAMPLES, MODE_MINIMUM
 from gcodesim.constants import SLACK_MM
+from gcodesim.motion.lag import GOLDEN
 from gcodesim.motion.samples import sample_of
 
 STEPS, GROWTH, MOST_STEPS = 4, 4, 65_536
 """Sample steps looked at per launch along a near stretch: at first, times this each, at most. Most
 stretches lead to a touch within a step or two."""
 
-GOLDEN = (5.0**0.5 - 1.0) / 2.0
 REFINEMENTS, SCANS = 24, 17
 """Instants scanned along a near stretch, and golden-section steps around the best of them."""
 

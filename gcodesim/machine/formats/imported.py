@@ -10,9 +10,9 @@ from typing import Any
 
 from gcodesim.findings.printing import printable
 
-Entry = Mapping[str, Any]
+FileEntry = Mapping[str, Any]
 
-TINY = 1e-12
+WRITTEN_AS_ZERO = 1e-12
 """Numbers below this are rounding of a turn [mm, deg, or a unit vector's part] and written as 0."""
 
 PLAIN = re.compile(r"[A-Za-z][A-Za-z0-9_./-]*")
@@ -39,9 +39,9 @@ class Imported:
     name: str
     origin: str
     settings: dict[str, str] = field(default_factory=dict)
-    links: dict[str, Entry] = field(default_factory=dict)
-    joints: dict[str, Entry] = field(default_factory=dict)
-    sections: dict[str, Entry] = field(default_factory=dict)
+    links: dict[str, FileEntry] = field(default_factory=dict)
+    joints: dict[str, FileEntry] = field(default_factory=dict)
+    sections: dict[str, FileEntry] = field(default_factory=dict)
     hints: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -55,7 +55,9 @@ class Imported:
             remarks = (printable(" ".join(remark.split())) for remark in self.remarks)
             lines += [f"#   - {remark}" for remark in remarks]
         lines += ["", f"name: {plain_name(self.name)}"]
-        lines.append('verified: false    # nobody has measured it: reports say "unverified model"')
+        lines.append(
+            "verified: false    # the model was not measured on the real machine: reports say so"
+        )
         lines += [f"{key}: {value}" for key, value in self.settings.items()]
         lines += ["", "links:", *(f"  {name}: {flow(v)}" for name, v in self.links.items())]
         lines += ["", "joints:", *(f"  {name}: {flow(v)}" for name, v in self.joints.items()), ""]
@@ -77,7 +79,7 @@ def flow(value: Any) -> str:
 
 def number(value: float) -> str:
     """The shortest text of a number to 15 digits."""
-    return "0" if abs(value) < TINY else f"{value:.15g}"
+    return "0" if abs(value) < WRITTEN_AS_ZERO else f"{value:.15g}"
 
 
 def plain_name(text: str) -> str:

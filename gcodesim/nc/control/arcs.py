@@ -1,7 +1,7 @@
 """The geometry of an arc in its plane: centre and radius formats, and when an arc closes.
 
-Plane coordinates (u, v), counter-clockwise about the plane normal; nc-language section 6. What
-takes columns does to each row, bit for bit, what its neighbour does to one arc.
+Plane coordinates (u, v), counter-clockwise about the plane normal. What takes
+columns does to each row, bit for bit, what its neighbour does to one arc.
 """
 
 from __future__ import annotations

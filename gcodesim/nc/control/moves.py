@@ -269,7 +269,7 @@ def feed_of(state: State, rotary_only: bool = False, *, cutting: bool = True) ->
     if mode == INVERSE_TIME:
         feed = state.line_feed
         if not feed:
-            raise place.error("inverse_feed_missing", "no F in a G93 block")
+            raise place.error("inverse_feed_missing", "inverse time feed without F")
     elif not feed and mode == PER_MINUTE and not modal.feed_given:
         feed = state.control.feed
     if not feed:
@@ -277,7 +277,7 @@ def feed_of(state: State, rotary_only: bool = False, *, cutting: bool = True) ->
     if rotary_only and modal.tip_control is not OFF and mode == PER_MINUTE:
         feed = state.control.readings.tcp_rotary_feed or feed
     if mode == PER_REVOLUTION and not modal.speed:
-        raise place.error("feed_per_rev_no_spindle", "G95 with S0")
+        raise place.error("feed_per_rev_no_spindle", "feed per revolution without a spindle speed")
     if cutting and not modal.spindle_turns and not state.has_reported("spindle_off_feed"):
         state.report("spindle_off_feed", "feed move with the spindle off")
     return feed

@@ -30,7 +30,7 @@ def _key(meaning: str, default: Any, **rules: Any) -> Any:
 
 @dataclass(frozen=True)
 class ArcTolerance:
-    """When an arc closes well enough (nc-language section 6, as LinuxCNC).
+    """When an arc closes well enough (the rules of LinuxCNC).
 
     The largest differences of the radii in mm are 2.54 times as large under G20.
     """

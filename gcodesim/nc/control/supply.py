@@ -23,7 +23,7 @@ class WorkOffsetLike(Protocol):
 
 
 class Kinematics(Protocol):
-    """Where a machine with rotary joints holds the tip of its tool (kinematics.md sections 2 to 5).
+    """Where a machine with rotary joints holds the tip of its tool and where its tool points.
 
     All arrays batch: axes (n, 6) X Y Z [mm] A B C [deg], rotary (n, 3) A B C [deg], tips and
     offsets of tools (n, 3) [mm]. Tips are counted as in Frame.WORK. Every method may raise

@@ -15,7 +15,7 @@ from gcodesim.nc.iso.words import WORDS
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
 POLAR_LETTERS = frozenset("@^")
-CENTRE_WORDS = frozenset("IJKR")
+ARC_WORDS = frozenset("IJKR")
 VECTOR_WORDS = frozenset("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
 NO_MOTION = Row("G", G.CYCLE_OFF, Group.MOTION, Order.MOTION, "", "No motion mode")
@@ -85,7 +85,7 @@ class Checks:
         vectors = active.action == "straight" and self._takes_vectors(block)
         if not takers:
             free = block.values.keys() - set("".join(row.words for row in others))
-            centred = motion is not None or free & CENTRE_WORDS
+            centred = motion is not None or free & ARC_WORDS
             turns = active.action == "arc" and centred
             block.moves = bool(axis_words or turns or (vectors and free & VECTOR_WORDS))
             kept = active.group is Group.CYCLE and bool(free & CYCLE_WORDS)

@@ -157,7 +157,7 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
 
 
 def next_hole(state: IsoState) -> Hole | None:
-    """Return what every next hole of the active cycle does, None where something is to be said.
+    """Return what every next hole of the active cycle does, None where each needs a finding.
 
     Raises:
         ProgramError: the hole would be refused.

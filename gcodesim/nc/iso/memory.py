@@ -17,7 +17,7 @@ from gcodesim.nc.program import ZERO, Kind
 
 LOCAL, PLANE, ROTATION, MIRROR = "local", "plane", "rotation", "mirror"
 
-LEVELS = (WORK, LOCAL, PLANE, ROTATION, MIRROR)
+FRAME_LEVELS = (WORK, LOCAL, PLANE, ROTATION, MIRROR)
 """G54 .. G59, G52 and G92, G68.2, G68, G51.1: m = offset + local + (plane rotation mirror) p."""
 
 
@@ -61,7 +61,7 @@ class IsoState(State):
     """
 
     def __init__(self, control: Control) -> None:
-        super().__init__(control, LEVELS)
+        super().__init__(control, FRAME_LEVELS)
         to_start = control.readings.cycle_return == "G98"
         self.codes = Codes(cycle_return=G.RETURN_TO_START if to_start else G.RETURN_TO_R)
         self.g92: list[float] = list(ZERO)

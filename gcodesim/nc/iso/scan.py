@@ -93,7 +93,7 @@ def scan(
     lonely = (kind[1:-1] == POINT) & (gap[:-1] == 0) & (gap[1:] == 0)
     bad[1:] |= lonely
     count = last - first
-    # Behind the last line end stand the two marks that were added.
+    # After the last line end stand the two marks that were added.
     plain = np.ones(count + 3, bool)
     plain[line[:-1][bad]] = False
 

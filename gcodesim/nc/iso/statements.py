@@ -27,7 +27,7 @@ VALUED = frozenset({"IF", "ELSEIF", "WHILE", "REPEAT"})
 Word = tuple[str, str | None, Evaluate | None, int]
 """Letter, number as text or None, value or None, index in the text without blanks."""
 
-Target = tuple[str, Evaluate | None]
+Assigned = tuple[str, Evaluate | None]
 """A name and None, or an empty name and what gives the number."""
 
 
@@ -46,7 +46,7 @@ class Statement:
     """
 
     words: list[Word] = field(default_factory=list)
-    assignments: list[tuple[Target, Evaluate, int]] = field(default_factory=list)
+    assignments: list[tuple[Assigned, Evaluate, int]] = field(default_factory=list)
     control: str = ""
     condition: Evaluate | None = None
     label: str = ""
@@ -93,7 +93,7 @@ def _is_first(statement: Statement) -> bool:
 
 def _assignment(parser: Parser, statement: Statement) -> None:
     at = parser.at
-    target: Target
+    target: Assigned
     if match := NAME.match(parser.text, at + 1):
         target = match[1], None
         parser.at = match.end()
@@ -101,7 +101,7 @@ def _assignment(parser: Parser, statement: Statement) -> None:
         parser.at += 1
         target = "", parser.value()
     if parser.text[parser.at : parser.at + 1] != "=":
-        raise parser.error("bad_character", "no = behind the parameter")
+        raise parser.error("bad_character", "no = after the parameter")
     parser.at += 1
     # Macro B writes #1=#2+1 without brackets; beside o-words a value is all there is.
     value = parser.value() if parser.rules.o_words else parser.operation()

@@ -12,14 +12,11 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
-from gcodesim.collision.geometry.closest import between_triangles
+from gcodesim.collision.geometry.closest import TINY, between_triangles
 from gcodesim.collision.geometry.device import BIT_EQUAL
 
 # Loops stay loops: unrolled, the kernel takes long to compile and gains nothing.
 wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
-
-TINY = wp.constant(wp.float64(1.0e-30))
-"""Vectors shorter than this have no direction."""
 
 ROUNDED_DOWN = wp.constant(wp.float64(1.0 - 1.0e-12))
 """Steps are shortened by this factor: more than the rounding of the formula."""
