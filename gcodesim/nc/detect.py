@@ -32,7 +32,8 @@ SIEMENS_CALL = re.compile(
     r"(?:\bCYCLE[0-9]{2,4}|\bWORKPIECE|\bMSG|=\s*[IAD]C)\s*\($", re.IGNORECASE
 )
 SIEMENS_WORD = re.compile(
-    r"\b(?:TRAORI|TRAFOOF|SUPA|MCALL|GOTOF|G710|DEF +REAL)\b|\bT=\"|\bCR=|^(?:N[0-9]+ *)?R[0-9]+ *=",
+    r"\b(?:TRAORI|TRAFOOF|SUPA|MCALL|GOTOF|G710|[ABC]SPLINE|DEF +REAL)\b"
+    r"|\bT=\"|\bCR=|^(?:N[0-9]+ *)?R[0-9]+ *=",
     re.IGNORECASE,
 )
 OKUMA = re.compile(r"^\$\S+\.MIN%|\bVC[0-9]+\s*=|\bCALL +O[A-Z0-9]+|\bNLAP[0-9]", re.IGNORECASE)
