@@ -23,6 +23,9 @@ LANGUAGES = {
 
 COMMENT = re.compile(r"\([^()]*\)|;.*")
 
+PLAIN = re.compile(r"(?:[A-Z][+-]?+[0-9.]++\s*+)*+", re.IGNORECASE)
+"""Words of a letter and a number: G710 is the one mark among them."""
+
 KLARTEXT = re.compile(
     r"^\d*\s*(?:BEGIN PGM \S+ (?:MM|INCH)\b|BLK FORM 0\.1\b|TOOL CALL\b)", re.IGNORECASE
 )
@@ -90,6 +93,8 @@ def marks_of(lines: Sequence[str]) -> dict[str, Mark]:
 def _languages(line: str) -> Iterator[str]:
     """Yield the languages that a line belongs to, and no other one does."""
     line = line.strip()
+    if PLAIN.fullmatch(line) and "710" not in line:
+        return
     text = COMMENT.sub(" ", line)
     before, opened, after = line.partition("(")
     call = before.partition(";")[0] + opened
