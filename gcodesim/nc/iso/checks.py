@@ -34,7 +34,7 @@ class Checks:
 
     def __init__(self, state: IsoState, codes: Mapping[tuple[str, int], Row]) -> None:
         self.state, self.codes = state, codes
-        self._has_polar_words = state.control.readings.dialect == "linuxcnc"
+        self._has_polar_words = not state.control.readings.tape
         self._known: dict[tuple[object, ...], tuple[list[Todo], bool]] = {}
 
     def checked(self, block: Block) -> list[Todo]:
@@ -174,6 +174,6 @@ class Checks:
 
     def _check_block_number(self, block: Block, value: float) -> None:
         """Refuse a negative number, and a fraction where o-words do not replace block numbers."""
-        whole = value == value // 1 or self.state.control.readings.dialect == "linuxcnc"
+        whole = value == value // 1 or not self.state.control.readings.tape
         if value < 0 or not whole:
             raise block.error("integer_expected", f"N{value:g}", "N")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 from gcodesim.nc.control.frames import WORK, Level, Matrix, mirrored_at, rotation, turned_about
+from gcodesim.nc.control.modal import CutterSide, TipControl
 from gcodesim.nc.control.place import Place
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.supply import Control, WorkOffsetLike
@@ -14,13 +15,34 @@ from gcodesim.nc.iso.g_codes import Codes, G
 from gcodesim.nc.iso.requests import Request
 from gcodesim.nc.program import ZERO, Kind
 
-if TYPE_CHECKING:
-    from gcodesim.nc.iso.saved_modes import SavedModes
-
 LOCAL, PLANE, ROTATION, MIRROR = "local", "plane", "rotation", "mirror"
 
 LEVELS = (WORK, LOCAL, PLANE, ROTATION, MIRROR)
 """G54 .. G59, G52 and G92, G68.2, G68, G51.1: m = offset + local + (plane rotation mirror) p."""
+
+
+@dataclass(frozen=True, slots=True)
+class SavedModes:
+    """Modes that were laid aside.
+
+    Attributes:
+        modal, codes: values of their fields that are laid aside, see saved_modes.
+        side: of cutter radius compensation.
+        offset: code of the work offset, in tenths, and its number.
+        length: code of the tool length, in tenths, and the tool offset.
+        path: code and tolerance of path control, None before the first.
+        tips: tool centre point control.
+        returns: they are put back when the call returns (M73).
+    """
+
+    modal: tuple[object, ...]
+    codes: tuple[object, ...]
+    side: CutterSide
+    offset: tuple[int, int]
+    length: tuple[int, list[float]]
+    path: tuple[int, float] | None
+    tips: TipControl
+    returns: bool
 
 
 class IsoState(State):

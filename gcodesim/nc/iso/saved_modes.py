@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from gcodesim.nc.control import orders, tool_changes
-from gcodesim.nc.control.modal import CutterSide, TipControl
 from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.iso import offsets
 from gcodesim.nc.iso.block import Block
-from gcodesim.nc.iso.memory import IsoState
+from gcodesim.nc.iso.memory import IsoState, SavedModes
 
 MODES = (
     *("plane", "incremental", "centre_absolute", "inch", "feed_mode", "feed", "feed_scale"),
@@ -19,30 +16,6 @@ MODES = (
 
 CODES = ("cycle_return", "surface_speed")
 SAVE_FOR_CALL = 730
-
-
-@dataclass(frozen=True, slots=True)
-class SavedModes:
-    """Modes that were laid aside.
-
-    Attributes:
-        modal, codes: values of MODES and CODES, in their order.
-        side: of cutter radius compensation.
-        offset: code of the work offset, in tenths, and its number.
-        length: code of the tool length, in tenths, and the tool offset.
-        path: code and tolerance of path control, None before the first.
-        tips: tool centre point control.
-        returns: they are put back when the call returns (M73).
-    """
-
-    modal: tuple[object, ...]
-    codes: tuple[object, ...]
-    side: CutterSide
-    offset: tuple[int, int]
-    length: tuple[int, list[float]]
-    path: tuple[int, float] | None
-    tips: TipControl
-    returns: bool
 
 
 def save_modes(state: IsoState, block: Block, number: int) -> None:
