@@ -75,7 +75,7 @@ LAYERS = {
 """Layer -> what it may import besides itself; the types import only types."""
 
 ROOMS = {
-    "nc": [("lines", "program"), "recorder", "control", "iso", ("canon", "interpret")],
+    "nc": [("lines", "program"), "recorder", "control", "detect", "iso", ("canon", "interpret")],
     "collision": [
         *("geometry", "bodies", "bounds", "instants", ("baseline", "search"), "views", "detector")
     ],
