@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
@@ -32,8 +32,8 @@ SIEMENS_CALL = re.compile(
     r"(?:\bCYCLE[0-9]{2,4}|\bWORKPIECE|\bMSG|=\s*[IAD]C)\s*\($", re.IGNORECASE
 )
 SIEMENS_WORD = re.compile(
-    r"\b(?:TRAORI|TRAFOOF|SUPA|MCALL|GOTOF|G710|DEF +REAL)\b|\bT=\"|\bCR=|"
-    r"^(?:N[0-9]+ *)?R[0-9]+ *=",
+    r"\b(?:TRAORI|TRAFOOF|SUPA|MCALL|GOTOF|G710|[ABC]SPLINE|DEF +REAL)\b"
+    r"|\bT=\"|\bCR=|^(?:N[0-9]+ *)?R[0-9]+ *=",
     re.IGNORECASE,
 )
 OKUMA = re.compile(r"^\$\S+\.MIN%|\bVC[0-9]+\s*=|\bCALL +O[A-Z0-9]+|\bNLAP[0-9]", re.IGNORECASE)
@@ -80,30 +80,65 @@ class Mark:
 
 def marks_of(lines: Sequence[str]) -> dict[str, Mark]:
     """Return the first exclusive mark of each language in the first lines of a text."""
-    found: dict[str, Mark] = {}
-    for index, line in enumerate(islice(lines, LINES)):
-        for language in _languages(line):
-            found.setdefault(language, Mark(language, index, line))
+    first = list(islice(lines, LINES))
+    head = "\n".join(first).upper()
+    found = {}
+    for language, parts in PARTS.items():
+        # Most texts hold no part of a mark: their lines need not be looked at.
+        if any(part in head for part in parts):
+            is_mark = TESTS[language]
+            index = next((i for i, line in enumerate(first) if is_mark(line.strip())), None)
+            if index is not None:
+                found[language] = Mark(language, index, first[index])
     return found
 
 
-def _languages(line: str) -> Iterator[str]:
-    """Yield the languages that a line belongs to, and no other one does."""
-    line = line.strip()
-    text = COMMENT.sub(" ", line)
+def _is_klartext(line: str) -> bool:
+    return KLARTEXT.search(line) is not None
+
+
+def _is_din_iso(line: str) -> bool:
+    return DIN_ISO.search(line) is not None
+
+
+def _is_siemens(line: str) -> bool:
     before, opened, after = line.partition("(")
-    call = before.partition(";")[0] + opened
-    if KLARTEXT.search(line):
-        yield "heidenhain"
-    if DIN_ISO.search(line):
-        yield "din_iso"
-    called = SIEMENS_CALL.search(call) and (not call.upper().endswith("MSG(") or after[:1] == '"')
-    if called or SIEMENS_FILE.search(line) or SIEMENS_WORD.search(text):
-        yield "siemens"
-    if OKUMA.search(text):
-        yield "okuma"
-    if O_WORD.search(text):
-        yield "linuxcnc"
+    call = SIEMENS_CALL.search(before.partition(";")[0] + opened)
+    # A message of LinuxCNC is a comment, one of Siemens has quotes.
+    if call and (after[:1] == '"' or not before.upper().endswith("MSG")):
+        return True
+    file = SIEMENS_FILE.search(line)
+    return bool(file or SIEMENS_WORD.search(COMMENT.sub(" ", line)))
+
+
+def _is_okuma(line: str) -> bool:
+    return OKUMA.search(COMMENT.sub(" ", line)) is not None
+
+
+def _is_o_word(line: str) -> bool:
+    return O_WORD.search(COMMENT.sub(" ", line)) is not None
+
+
+TESTS: dict[str, Callable[[str], bool]] = {
+    "heidenhain": _is_klartext,
+    "din_iso": _is_din_iso,
+    "siemens": _is_siemens,
+    "okuma": _is_okuma,
+    "linuxcnc": _is_o_word,
+}
+"""Language -> whether a line, without blanks around it, belongs to it and to no other one."""
+
+PARTS = {
+    "heidenhain": ("PGM", "BLK", "TOOL"),
+    "din_iso": ("G70", "G71", "*"),
+    "siemens": (
+        *("_N_", "CYCLE", "WORKPIECE", "MSG", "C(", "C (", "TRA", "SUPA", "MCALL", "GOTOF"),
+        *("G710", "SPLINE", "DEF", "="),
+    ),
+    "okuma": ("$", "VC", "CALL", "NLAP"),
+    "linuxcnc": ("<", "SUB", "CALL", "IF", "WHILE", "DO", "REPEAT"),
+}
+"""Language -> texts of which every mark holds one."""
 
 
 def contradiction(lines: Sequence[str], readings: Readings) -> tuple[Mark, str] | None:

@@ -25,6 +25,7 @@ MARKS = {
         "G0 SUPA Z0 D0",
         "TRAORI",
         "N10 R1=5",
+        "G0 G710 X1",
         "DEF REAL DEPTH",
         "GOTOF END",
         "G1 X=IC(5)",

@@ -101,3 +101,16 @@ def test_the_motion_at_the_start_is_a_reading(control):
         assert meaning.findings == ()
         assert meaning.program.kind[-3:-1].tolist() == [kind, kind]
     assert meanings(interpret("G28 Z0\nG4 X1\nG0 X1\nM30", control())) == []
+
+
+def test_a_program_by_name_ends_the_one_before(control):
+    text = "O1\nG0 X1\nGOTO 5\nM30\n<SUB>\nN5 G0 X2\nM30"
+    assert meanings(interpret(text, control())) == ["block_not_found"]
+
+
+@pytest.mark.parametrize(
+    ("block", "dialect"), [("M98 <SUB>", "fanuc"), ("M98 (/USB/A.NC)", "haas")]
+)
+def test_calls_by_name_and_path_are_not_followed(block, dialect, control):
+    meaning = interpret(f"G0 X1\n{block}\nM30\n<SUB>\nM99", control(dialect))
+    assert [finding.code for finding in meaning.findings] == ["GC402"]

@@ -18,6 +18,8 @@ ARGUMENTS = {
 
 def call_program(state: IsoState, block: Block, number: int) -> None:
     """M98 P L; Fanuc writes the repeats before four digits of P too."""
+    if "P" not in block.values and state.control.readings.tape and "(" in block.text:
+        raise block.error("unknown_g", "M98 with the path of a file", "M98")
     if "P" not in block.values:
         raise block.error("call_without_number", "M98 without P", "M98")
     program = block.whole("P")

@@ -23,7 +23,7 @@ MAX_LINE_LENGTH = 4096
 # One pass finds words; what is no word comes out, character by character, as the third group.
 TOKEN = re.compile(r"([A-Z@^$])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
-MACRO = re.compile(r"[#\[]|[A-Z](?=[A-Z])|^(?:N[0-9.]+)?O<")
+MACRO = re.compile(r"[#\[<]|[A-Z](?=[A-Z])|^(?:N[0-9.]+)?O<")
 """What only macro text holds: parameters, brackets, words of more than one letter."""
 
 MARKS_16 = ("\xff\xfe", "\xfe\xff")

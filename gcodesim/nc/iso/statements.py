@@ -171,6 +171,8 @@ def _computed_call(parser: Parser, statement: Statement) -> bool:
 def _word(parser: Parser, statement: Statement) -> None:
     at = parser.at
     match = WORD.match(parser.text, at)
+    if not match and not parser.rules.o_words and (name := NAME.match(parser.text, at)):
+        raise parser.error("unknown_g", f"the call of a program by its name {name[0]}")
     if not match:
         raise parser.error("bad_character", repr(parser.text[at]))
     parser.at = match.end()

@@ -17,6 +17,7 @@ SEARCHED = 1 << 16
 
 HEAD = re.compile(r"^%?(?:/[1-9]?)?(?:N[0-9.]+)?(?:/[1-9]?)?")
 PROGRAM = re.compile(r"[:O]([0-9]{1,18})(?![0-9.]|[A-Z]{2})")
+NAMED = re.compile(r"(<[^<>]*>)")
 LOOP = re.compile(r"(?:WHILE\[.*\])?DO([0-9]+)$|END([0-9]+)$")
 O_WORD = re.compile(
     r"O(?:([0-9]+)|<([^<>]*)>)"
@@ -54,7 +55,7 @@ class Structure:
 
     Attributes:
         end: index of the line that closes the text (%), or the number of lines.
-        programs: O-number -> its line.
+        programs: O-number, or <NAME>, -> its line.
         subs: label of an o-word subprogram -> its line.
         partner: line that opens -> line that closes, and back: loops, and SUB to ENDSUB.
         next_branch: IF, ELSEIF, ELSE -> the next branch or ENDIF.
@@ -62,7 +63,7 @@ class Structure:
     """
 
     end: int
-    programs: dict[int, int] = field(default_factory=dict)
+    programs: dict[int | str, int] = field(default_factory=dict)
     subs: dict[str, int] = field(default_factory=dict)
     partner: dict[int, int] = field(default_factory=dict)
     next_branch: dict[int, int] = field(default_factory=dict)
@@ -100,9 +101,9 @@ def read_structure(lines: Lines, first: int, opened: bool, o_words: bool) -> Str
             label = str(int(match[1])) if match[1] else match[2]
             keyword = "ELSEIF" if match[3] == "ELSE" and "ELSEIF" in text else match[3]
             _o_word(structure, opens, keyword, label, index)
-        elif match := PROGRAM.match(text):
+        elif match := PROGRAM.match(text) or (None if o_words else NAMED.fullmatch(text)):
             _unclosed(loops)
-            structure.programs.setdefault(int(match[1]), index)
+            structure.programs.setdefault(int(match[1]) if match[1].isdigit() else match[1], index)
         elif match := LOOP.match(text):
             _loop(structure, loops, match, index)
     _unclosed(loops)
@@ -124,7 +125,7 @@ def _closing_percent(lines: Lines, first: int) -> int:
 
 def _candidates(lines: Lines, first: int, end: int) -> Iterator[int]:
     """Yield the lines that hold a letter of O-words, program numbers and loops, in order."""
-    marks = (b"O", b"o", b"D", b"d", b":")
+    marks = (b"O", b"o", b"D", b"d", b":", b"<")
     table = np.zeros(256, bool)
     table[list(b"".join(marks))] = True
     begin, stop = int(lines.bounds[first]), int(lines.bounds[end])
