@@ -216,6 +216,7 @@ def test_json_has_the_keys_of_the_schema() -> None:
         "uncertified": [],
         "unchecked_by_rule": [],
         "off_path": [],
+        "not_run": [],
     }
     touch = report["findings"][1]
     assert len(touch.pop("fingerprint")) == 16

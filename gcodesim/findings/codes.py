@@ -50,6 +50,7 @@ CODES: dict[str, Code] = {
     "GC424": Code("limit of blocks or time reached", "warning", INCONCLUSIVE),
     "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
     "GC430": Code("worth knowing", "note", NOTED),
+    "GC431": Code("length of another tool", "warning", NOTED),
     "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
     "GC502": Code("links touch at rest", "warning", NOTED),
     "GC503": Code("suspicious unit of a mesh", "warning", NOTED),

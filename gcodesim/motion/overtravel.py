@@ -139,16 +139,20 @@ def _finding(
     unit = "deg" if joint.rotary else "mm"
     first, last = int(path.line[run[0]]), int(path.line[run[-1]])
     until = f" (until line {last})" if last != first else ""
+    time_ps = _crossing_ps(path, column, int(run[0]), limit, sign)
+    positions = path.positions(np.array([time_ps]))[0]
+    places = (f"{name} {q + 0.0:.4f}" for name, q in zip(path.joints, positions, strict=True))
     message = (
         f"{joint.name} reaches {value:.6g} {unit}, {abs(value - limit):.4g} {unit} beyond its "
-        f"travel of {joint.lower:g} to {joint.upper:g}{until}"
+        f"travel of {joint.lower:g} to {joint.upper:g}{until}; it leaves it at "
+        f"{time_ps / PS_PER_S:.6f} s, at {' '.join(places)} (machine coordinates)"
     )
     return Finding(
         "GC302" if joint.rotary else "GC301",
         message,
         "overtravel",
         line=first,
-        time_s=_crossing_ps(path, column, int(run[0]), limit, sign) / PS_PER_S,
+        time_s=time_ps / PS_PER_S,
     )
 
 

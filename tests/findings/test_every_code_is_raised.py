@@ -108,6 +108,7 @@ LANGUAGE = [
     Case("GC424", "G0 X1\nX2\nX3", options=gcodesim.Options(device="cpu", max_blocks=3)),
     Case("GC425", "G0 X#7"),
     Case("GC430", "G1 X10 F100"),
+    Case("GC431", "T1 M6\nG43 H2"),
 ]
 POLICY = [
     Case("GC601", "G0 X1 (gcodesim: ignore nothing)"),
