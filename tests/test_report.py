@@ -217,6 +217,7 @@ def test_json_has_the_keys_of_the_schema() -> None:
         "unchecked_by_rule": [],
         "readings": [],
         "off_path": [],
+        "not_run": [],
     }
     touch = report["findings"][1]
     assert len(touch.pop("fingerprint")) == 16

@@ -22,7 +22,7 @@ from gcodesim.collision.search.events import Contact
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.constants import CLEARANCE_SLACK_MM, PS_PER_S, SLACK_MM
 from gcodesim.findings.codes import CONTAINMENT_UNDECIDED, Finding
-from gcodesim.findings.left_out import LeftOut
+from gcodesim.findings.left_out import LeftOut, NotRun
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.off_path import OffPath
@@ -31,6 +31,7 @@ from gcodesim.motion.rapids import may_bend
 from gcodesim.motion.samples import Span, tool_spans
 from gcodesim.nc.control.interpreter import Interpretation
 from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
+from gcodesim.nc.program import CanonicalProgram, Kind
 
 TOOL_ROLES = frozenset({"flute", "shank", "holder"})
 CUT_ROLES = frozenset({"part", "stock"})
@@ -245,6 +246,7 @@ def coverage(
         ),
         off_path=off_path,
         readings=_readings(meaning, machine),
+        not_run=tuple(_in_its_file(entry, meaning) for entry in meaning.not_run),
     )
 
 
@@ -257,6 +259,12 @@ def _readings(meaning: Interpretation, machine: Machine) -> tuple[ReadingTaken, 
         ReadingTaken(each.key, ways_of(each.key)[0], False, meaning.place(each.line)[1], each.count)
         for each in met
     )
+
+
+def _in_its_file(entry: NotRun, meaning: Interpretation) -> NotRun:
+    file, line = meaning.place(entry.line)
+    where = "" if file == meaning.files[0][0] else f" in {file}"
+    return replace(entry, what=entry.what + where, line=line)
 
 
 def off_path_lines(
@@ -301,9 +309,21 @@ def placed(finding: Finding, file: str, meaning: Interpretation) -> Finding:
     block = _block(meaning.lines, finding.line or 0)
     if finding.line is None:
         return replace(finding, file=file, block=block)
+    message = finding.message
+    if (finding.is_contact or finding.code == "GC301") and _is_bare(meaning.program, finding.line):
+        message += "; no tool length is active"
     # Lines of subprograms in files of their own are counted after the main program.
     name, line = meaning.place(finding.line)
-    return replace(finding, file=name, line=line, block=block)
+    return replace(finding, file=name, line=line, block=block, message=message)
+
+
+def _is_bare(program: CanonicalProgram, line: int) -> bool:
+    """Whether every command of a line runs without a tool length."""
+    lengths = np.where(program.kind == Kind.TOOL_OFFSET, program.to.any(axis=1), -1)
+    at, changes = np.flatnonzero(program.line == line), np.flatnonzero(lengths >= 0)
+    before = np.searchsorted(changes, at)
+    active = np.concatenate(([0], lengths[changes]))[before]
+    return bool(len(at)) and not active.any()
 
 
 def _tool_at(contact: Contact, path: Path) -> int | None:

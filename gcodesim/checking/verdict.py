@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from gcodesim.constants import TOLERANCE_MM
 from gcodesim.findings.codes import CLEARANCES, FAIL, INCONCLUSIVE, NOTED, Finding
-from gcodesim.findings.left_out import LeftOut
+from gcodesim.findings.left_out import LeftOut, NotRun
 
 if TYPE_CHECKING:
     from gcodesim.checking.replay import Replay
@@ -80,7 +80,8 @@ class Coverage:
     """What was checked, and what was not.
 
     `off_path` says how far the real machine may be from the path that was checked, and what of
-    that is only assumed.
+    that is only assumed. `not_run` says which lines of the program did not run, or may do something
+    else than what was checked, each with the number of the first line in its file.
     """
 
     pairs: tuple[tuple[str, str], ...] = ()
@@ -91,6 +92,7 @@ class Coverage:
     unchecked_by_rule: tuple[str, ...] = ()
     off_path: tuple[str, ...] = ()
     readings: tuple[ReadingTaken, ...] = ()
+    not_run: tuple[NotRun, ...] = ()
 
 
 @dataclass(frozen=True)

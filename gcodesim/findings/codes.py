@@ -52,6 +52,7 @@ CODES: dict[str, Code] = {
     "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
     "GC426": Code("reading that depends on the control", "warning", INCONCLUSIVE),
     "GC430": Code("worth knowing", "note", NOTED),
+    "GC431": Code("length of another tool", "warning", NOTED),
     "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
     "GC502": Code("links touch at rest", "warning", NOTED),
     "GC503": Code("suspicious unit of a mesh", "warning", NOTED),

@@ -1,4 +1,4 @@
-"""What a check left out, each with the margin that proves it was not needed."""
+"""What a check left out: what was not needed, with the margin that proves it; what did not run."""
 
 from __future__ import annotations
 
@@ -24,3 +24,17 @@ class LeftOut:
     margin_mm: float = 0.0
     saved_tests: int = 0
     triangles: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class NotRun:
+    """Lines of a program whose effect is not in the check, or not the only one they may have.
+
+    Attributes:
+        what: they are.
+        count, line: how many; the first one, among the lines of all texts.
+    """
+
+    what: str
+    count: int
+    line: int

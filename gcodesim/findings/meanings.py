@@ -45,6 +45,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "reference_not_found": ("GC409", "give the axis in the machine file under reference:"),
     "tool_not_found": ("GC409", "the tools file has no such number"),
     "tool_without_shape": ("GC421", "give a tools file; the mounted tool is used instead"),
+    "length_not_of_tool": ("GC431", "H is usually the number of the tool in the spindle"),
     "tool_change_without_t": ("GC421", "select a tool with T in or before the M6 block"),
     "cutter_comp_uncompensated": ("GC422", "the programmed path runs, without the tool radius"),
     "g10_bad_l": ("GC402", "L2 and L20 set work offsets, L1, L10 and L11 tools"),

@@ -12,6 +12,9 @@ from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path, path_fraction
 
+AXES = "XYZABCUVW"
+"""Order in which a control shows its axes."""
+
 BISECTIONS = 60
 """Halvings that locate the instant of crossing: below 1e-17 of the piece."""
 
@@ -142,16 +145,21 @@ def _finding(
     unit = "deg" if joint.rotary else "mm"
     first, last = int(path.line[run[0]]), int(path.line[run[-1]])
     until = f" (until line {last})" if last != first else ""
+    time_ps = _crossing_ps(path, column, int(run[0]), limit, sign)
+    positions = path.positions(np.array([time_ps]))[0]
+    named = sorted(zip(path.joints, positions, strict=True), key=lambda item: AXES.index(item[0]))
+    places = (f"{name} {q + 0.0:.4f}" for name, q in named)
     message = (
         f"{joint.name} reaches {value:.6g} {unit}, {abs(value - limit):.4g} {unit} beyond its "
-        f"travel of {joint.lower:g} to {joint.upper:g}{until}"
+        f"travel of {joint.lower:g} to {joint.upper:g}{until}; it leaves it at "
+        f"{time_ps / PS_PER_S:.6f} s, at {' '.join(places)} (machine coordinates)"
     )
     return Finding(
         "GC302" if joint.rotary else "GC301",
         message,
         "overtravel",
         line=first,
-        time_s=_crossing_ps(path, column, int(run[0]), limit, sign) / PS_PER_S,
+        time_s=time_ps / PS_PER_S,
     )
 
 

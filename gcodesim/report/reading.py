@@ -19,7 +19,7 @@ from gcodesim.checking.verdict import (
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import Finding, Ignored
 from gcodesim.findings.fingerprints import fingerprint, likeness
-from gcodesim.findings.left_out import LeftOut
+from gcodesim.findings.left_out import LeftOut, NotRun
 from gcodesim.report.outcome import Failure, RunOutcome
 
 NESTED = {"contacts": ContactInterval, "clearances": SmallestDistance, "left_out": LeftOut}
@@ -74,7 +74,8 @@ def result_of(report: dict[str, Any]) -> CheckResult:
         values[name] = _made(kind, report[name]) if report[name] else None
     coverage = values["coverage"]
     taken = tuple(_made(ReadingTaken, dict(entry)) for entry in report["coverage"]["readings"])
-    values["coverage"] = replace(coverage, readings=taken)
+    not_run = tuple(_made(NotRun, dict(entry)) for entry in report["coverage"]["not_run"])
+    values["coverage"] = replace(coverage, readings=taken, not_run=not_run)
     times = tuple((entry["tool"], entry["time_s"]) for entry in report["tool_times"])
     return CheckResult(**values | {"tool_times": times, "findings": _findings(report)})
 

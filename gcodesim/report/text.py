@@ -227,6 +227,8 @@ def _gaps(result: CheckResult) -> Iterator[tuple[str, tuple[str, ...]]]:
     yield "not checked by rule", coverage.unchecked_by_rule
     yield "off the path", coverage.off_path
     yield "read as", tuple(map(_reading, coverage.readings))
+    lines = (f"{entry.what}: {entry.count} from line {entry.line}" for entry in coverage.not_run)
+    yield "not run, or in one of several ways", tuple(lines)
 
 
 def _reading(reading: ReadingTaken) -> str:

@@ -29,7 +29,7 @@ from gcodesim.nc.interpret import interpret
 from gcodesim.nc.lines import read_program
 
 ROUNDS, SEED = 3, 1
-PLAIN_GOAL, GENERAL_GOAL = 1_000_000, 100_000
+PLAIN_GOAL, ORDER_GOAL, GENERAL_GOAL, EXPRESSION_GOAL = 1_000_000, 500_000, 100_000, 60_000
 """Blocks per second."""
 
 HEAD = ["%", "O1", "G90 G21 G17 G94 G54", "S5000 M3", "G0 X0 Y0 Z50"]
@@ -47,7 +47,7 @@ def main() -> int:
     goals = Goals("bench_language")
     for name, (write, goal, fields) in FAMILIES.items():
         if options.only in (None, name):
-            count = int((200_000 if goal == PLAIN_GOAL else 40_000) * options.scale)
+            count = int((200_000 if goal >= ORDER_GOAL else 40_000) * options.scale)
             measure(goals, name, write(count, np.random.default_rng(SEED)), goal, fields)
     goals.write(options.out)
     return 0
@@ -99,6 +99,36 @@ def plain(count: int, rng: np.random.Generator) -> list[str]:
         for i, (x, y, z, a, c) in enumerate(rows, start=1)
     ]
     return [*HEAD, *blocks, *END]
+
+
+def speeds(count: int, rng: np.random.Generator) -> list[str]:
+    """A speed in each block: a laser, or a spindle that follows the load."""
+    rows = enumerate(rng.uniform(-200, 200, (count, 2)).round(3).tolist())
+    return [*HEAD, "G1 F6000", *(f"X{x} Y{y} S{i % 999}" for i, (x, y) in rows), *END]
+
+
+def orders(count: int, rng: np.random.Generator) -> list[str]:
+    """In each block a tool to select, or coolant on or off."""
+    words = ("T1", "M8", "T12", "M9", "M7")
+    rows = enumerate(rng.uniform(-200, 200, (count, 2)).round(3).tolist())
+    return [*HEAD, "G1 F6000", *(f"X{x} Y{y} {words[i % 5]}" for i, (x, y) in rows), *END]
+
+
+def expressions(count: int, rng: np.random.Generator) -> list[str]:
+    """An expression in every word of every block, and no two blocks alike."""
+    rows = enumerate(rng.uniform(1, 9, (count, 3)).round(3).tolist())
+    blocks = (f"N{i} G1 X[#1+{a}] Y[#2*{b}-#3] Z-[{c}/#2] F[#4+{i % 9}.]" for i, (a, b, c) in rows)
+    return [*HEAD, "#1=5.", "#2=1.5", "#3=-0.25", "#4=600.", *blocks, *END]
+
+
+def functions(count: int, rng: np.random.Generator) -> list[str]:
+    """As a cutter path written with sine and cosine, each block with an assignment before it."""
+    rows = enumerate(rng.uniform(1, 90, (count // 2, 2)).round(3).tolist())
+    pairs = (
+        (f"#5=[#4+{i % 7}.]", f"G1 X[#1*COS[{a}]] Y[#1*SIN[{b}]] Z#3 F#5") for i, (a, b) in rows
+    )
+    head = ["#1=5.", "#3=-0.25", "#4=600."]
+    return [*HEAD, *head, *(line for pair in pairs for line in pair), *END]
 
 
 def tips(count: int, rng: np.random.Generator) -> list[str]:
@@ -242,6 +272,8 @@ FAMILIES: dict[
         PLAIN_GOAL,
         {"tool_for_all": True, "kinematics": "machines/table_tilt.yaml"},
     ),
+    "speeds": (speeds, ORDER_GOAL, {}),
+    "tools and coolant": (orders, ORDER_GOAL, {"tool_for_all": True}),
     "arcs I J": (arcs, GENERAL_GOAL, {}),
     "arcs R": (radius_arcs, GENERAL_GOAL, {}),
     "lines and arcs": (mixed, GENERAL_GOAL, {}),
@@ -253,6 +285,8 @@ FAMILIES: dict[
     "WHILE": (loops, GENERAL_GOAL, {}),
     "IF GOTO": (jumps, GENERAL_GOAL, {}),
     "assignments": (assignments, GENERAL_GOAL, {}),
+    "expressions": (expressions, EXPRESSION_GOAL, {}),
+    "functions": (functions, EXPRESSION_GOAL, {}),
     "G65": (calls, GENERAL_GOAL, {}),
     "o-words": (o_words, GENERAL_GOAL, {"dialect": "linuxcnc"}),
     "varied": (varied, GENERAL_GOAL, {}),

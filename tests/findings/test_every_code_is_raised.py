@@ -115,6 +115,7 @@ LANGUAGE = [
         bodies=block("fixture"),
     ),
     Case("GC430", "G1 X10 F100"),
+    Case("GC431", "T1 M6\nG43 H2"),
 ]
 POLICY = [
     Case("GC601", "G0 X1 (gcodesim: ignore nothing)"),

@@ -9,7 +9,7 @@ from nc.table_tilt import TableTilt
 
 from gcodesim.nc.control import runs
 from gcodesim.nc.control.readings import ROWS
-from gcodesim.nc.control.supply import WorkOffset
+from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.interpret import interpret
 from gcodesim.nc.iso.scan import scan
 from gcodesim.nc.lines import Lines
@@ -19,12 +19,14 @@ OFFSETS = {
     1: WorkOffset((1.0, -2.0, 0.1, 0.0, 0.0, 3.0)),
     2: WorkOffset((100.0, 50.0, 10.0, 0.0, 0.0, 0.0), rotation=30.0),
 }
+TOOLS = {number: ToolEntry(number, (0.0, 0.0, 9.5, 0.0, 0.0, 0.0), 6.0) for number in (1, 2)}
 CONTROLS = [
     {"axes": "XYZAC", "wrap": {"C": "shortest"}},
     {"axes": "XYZABC", "wrap": {"A": "sign", "C": "shortest"}, "travel": {"C": (-400.0, 400.0)}},
     {"axes": "XYZBC", "ignore_words": ("E", "Q"), "feed": 500.0},
     {"axes": "XYZ", "program_unit": "inch", "block_delete": True},
-    {"axes": "XYZAC", "max_blocks": 23},
+    {"axes": "XYZAC", "max_blocks": 23, "tools": TOOLS},
+    {"axes": "XYZA", "ignore_words": ("M", "S", "T")},
     {"axes": "XYZAC", "kinematics": TableTilt(), "wrap": {"C": "shortest"}, "tcp_rotary_feed": 7.0},
 ]
 
@@ -38,14 +40,29 @@ NUMBERS = st.one_of(
 AXIS_WORDS = st.builds("{}{}".format, st.sampled_from("XYZABC"), NUMBERS)
 WORDS = st.one_of(
     *[AXIS_WORDS] * 5,
-    st.builds("{}{}".format, st.sampled_from("EFNGQ"), NUMBERS),
+    st.builds("{}{}".format, st.sampled_from("EFNGQSTM"), NUMBERS),
     st.sampled_from(["F100", "F2.5", "G0", "G1", "g01", "G00", "N7"]),
+    st.sampled_from(["S0", "S500", "S1234.5", "T1", "T2", "T0", "M7", "m08", "M9", "S-0", "M8.0"]),
 )
 PLAIN = st.lists(WORDS, max_size=5, unique_by=lambda word: word[:1].upper()).map(" ".join)
 OTHER = st.sampled_from(
     ["G20", "G21", "G90", "G91", "G93", "G94", "G95", "G54", "G55", "S500 M3", "M5", "T1 M6"]
     + ["(a comment)", "/X5", "", " \t ", "G91 G28 Z0", "G80", "G52 X1", "G2 X5 R9", "G68 R5 X0 Y0"]
-    + ["G69", "G81 X1 R5 Z1", "#1=1", "IF[#1GT5]GOTO1", "G17", "x1(c)", "G0 X1;", "G16", "G15"]
+    + [
+        "G69",
+        "G96 S5 D7",
+        "G97",
+        "M4",
+        "T2 M6",
+        "G81 X1 R5 Z1",
+        "#1=1",
+        "IF[#1GT5]GOTO1",
+        "G17",
+        "x1(c)",
+        "G0 X1;",
+        "G16",
+        "G15",
+    ]
 )
 
 LENGTHS = st.sampled_from(["5", "-5", "2.5", "7.07", "0", "12.345", "100"])
@@ -59,7 +76,7 @@ HOLES = st.one_of(
     *[st.builds("X{} Y{}".format, LENGTHS, LENGTHS)] * 4,
     st.builds("{}{}".format, st.sampled_from("XXXYYYF"), st.sampled_from(["1", "2.5", "9"])),
     st.sampled_from(["N5", "", "X0 Y0", "X0 Y0", "F50 X3", "N7 X-2 Y3 F3", "Z-5 R2", "G81 X3 Z-5"]),
-    st.sampled_from(["R2", "G83 X5 Q1.5", "G81", "Q2"]),
+    st.sampled_from(["R2", "G83 X5 Q1.5", "G81", "Q2", "X9 M8", "S300 Y1", "X2 S0", "T2", "T3 X1"]),
 )
 CYCLES = st.sampled_from(
     ["G81 Z-5 R2", "G82 Z-5 R2 P100", "G82 Z-5 R2", "G83 Z-5 R2 Q1.5", "G73 R2 Z-5.25 Q.75"]
@@ -168,6 +185,12 @@ LONG = {
     "arcs": ["G91 G1 X5", *["G2 X3 Y1 I1 J2 Z-.1", "G3 X-3. Y-1. R9.", "G1 X.5 Y-.25 A1"] * 200],
     "holes": ["G99 G83 Z-9 R2 Q2.5", *[f"X{i / 7:.3f} Y{-i % 11}" for i in range(600)]],
     "turned": ["G55 G98 G73 Z-9 R2 Q3", *[f"N{i} X{i}" for i in range(600)]],
+    "speeds": ["G1 X0 (begin)", *[f"X{i / 7:.3f} S{i % 99}" for i in range(600)]],
+    "others": ["G1 X0 (begin)", *[f"X{i / 7:.3f} T{i % 3} M{7 + i % 3}" for i in range(600)]],
+    "drilled": [
+        "G99 G81 Z-5 R2",
+        *[f"X{i} Y{-i % 11} S{i} T{i % 3} M{7 + i % 3}" for i in range(600)],
+    ],
     "tips": ["G43.4 H1", *[f"G1 X{i} Z{i % 7} A{i / 9:.3f} C{10 * i}" for i in range(600)]],
     "repeated": ["G89 Z-9 R2 P10", *[f"G89 Y{i % 13} Z-9 R2 F{i + 1}" for i in range(600)]],
 }

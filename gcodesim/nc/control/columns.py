@@ -1,8 +1,8 @@
 """Columns: many lines of plain words read at once, as the scanner of a language fills them.
 
 A line is plain when it holds nothing but words that mean the same wherever the line stands: axis
-and arc words, F, and the kind of motion. Whatever is not plain is left to the language itself,
-line by line.
+and arc words, F, the kind of motion, the speed, and the tool to select. Whatever is not plain is
+left to the language itself, line by line.
 """
 
 from __future__ import annotations
@@ -20,13 +20,18 @@ Ints = NDArray[np.int64]
 MOTION = "motion"
 """Column of the kind of motion: values of modal.Motion; above them, a cycle of the language."""
 
+SPEED, TOOL = "S", "T"
+"""Columns of the speed of the spindle [rev/min], 0 or more, and of the number of a tool, whole."""
+
 CENTRE_WORDS = "IJK"
 """Columns of arc centres by the index of their axis; R is the column of the radius."""
 
 
 @dataclass(slots=True)
 class Columns:
-    """Columns of n lines; letters are those of axes, CENTRE_WORDS, R, F, MOTION, or the language's.
+    """Columns of n lines.
+
+    Letters are those of axes, CENTRE_WORDS, R, F, MOTION, SPEED, TOOL, or the language's.
 
     Attributes:
         first: index of the first line.

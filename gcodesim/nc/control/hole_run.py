@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gcodesim.nc.control.columns import MOTION, Bools, Columns, Floats
+from gcodesim.nc.control.columns import MOTION, SPEED, TOOL, Bools, Columns, Floats
 from gcodesim.nc.control.drilling import Dwell, FeedTo, Hole, RapidTo, Step
 from gcodesim.nc.control.plain_run import PlainRun
 from gcodesim.nc.control.state import State
@@ -90,7 +90,7 @@ class HoleRun(PlainRun):
 
     def carry_out(self, before: int) -> int:
         """Record the holes and leave the state as the last line does; return how many lines."""
-        self._cut(self._changed())
+        self._cut(self._changed() | self._without_tool())
         self._cut(self._unfed(self.moves))
         self._cut(np.cumsum(self.moves) > MOST_ROWS // (1 + len(self.pattern.kind)))
         if not self.count:
@@ -104,7 +104,7 @@ class HoleRun(PlainRun):
     def _changed(self) -> Bools:
         """Return the lines with words that are neither a place nor what the cycle keeps."""
         kept = self.pattern.hole.kept
-        places = {letter for i, letter in self.axes if i < 3} | {"F"}
+        places = {letter for i, letter in self.axes if i < 3} | {"F", SPEED, TOOL}
         changed = self._any(self.has.keys() - places - kept.keys())
         for letter in kept.keys() & self.has.keys():
             scale = 1.0 if letter == MOTION else self.state.scale
@@ -128,7 +128,7 @@ class HoleRun(PlainRun):
         moves[:, 0] = self._moved(positions)[0][at]
         kept = moves.reshape(-1)
         modes = np.where(dwells, FeedMode.PER_MINUTE, modal.feed_mode).astype(np.uint8)
-        speeds = np.where(dwells, 0.0, modal.speed).astype(np.float32)
+        speeds = np.where(dwells, 0.0, self._speeds()[at, None]).astype(np.float32)
         state.recorder.extend(
             kind=np.tile(kind, len(at))[kept],
             line=np.repeat(at + self._first_row(before), len(kind))[kept],
@@ -136,6 +136,6 @@ class HoleRun(PlainRun):
             f=f.reshape(-1)[kept],
             aux=np.zeros(np.count_nonzero(kept), np.int64),
             mode=np.tile(modes, len(at))[kept],
-            speed=np.tile(speeds, len(at))[kept],
+            speed=speeds.reshape(-1)[kept],
         )
         state.holes += len(at) * pattern.hole.counted

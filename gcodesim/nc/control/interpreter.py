@@ -6,18 +6,24 @@ after it is interpreted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Generic
 
+import numpy as np
+
 from gcodesim.errors import OrientationError
 from gcodesim.findings.codes import Finding
+from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.language_base import Language, Line
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.program_flow import AllLines, Source
 from gcodesim.nc.control.readings import ReadingMet
 from gcodesim.nc.control.runs import Runs
-from gcodesim.nc.program import CanonicalProgram
+from gcodesim.nc.program import CanonicalProgram, Kind
+
+ENDS = (2, 30)
+"""Numbers of Kind.STOP that end a program."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +40,7 @@ class Interpretation:
         readings: keys of the readings that are not known and that the program depends on.
         stopped: a finding ended interpretation before the program's end.
         lines: the lines of all texts, one after the other; line n is lines[n - 1].
+        not_run: what did not run, or may run in another way.
         files: name of every text, and the number of lines before it; the main program first.
     """
 
@@ -47,6 +54,7 @@ class Interpretation:
     stopped: bool
     lines: Sequence[str]
     files: tuple[tuple[str, int], ...]
+    not_run: tuple[NotRun, ...] = ()
 
     def place(self, line: int) -> tuple[str, int]:
         """Return the file that a line of `lines` stands in, and its number there."""
@@ -74,8 +82,9 @@ class Interpreter(Generic[Line]):
             lines = sources[0].lines
             state.place = Place(file, max(len(lines), 1), lines[-1] if lines else "")
             state.report("program_end_missing", "the program has no end")
+        program = state.recorder.program(state.start)
         return Interpretation(
-            program=state.recorder.program(state.start),
+            program=program,
             findings=state.findings,
             blocks=state.blocks,
             last_line=state.last_line,
@@ -87,7 +96,17 @@ class Interpreter(Generic[Line]):
             stopped=stopped,
             lines=AllLines(sources) if len(sources) > 1 else sources[0].lines,
             files=tuple((source.file, source.first) for source in sources),
+            not_run=tuple(self._not_run(program)),
         )
+
+    def _not_run(self, program: CanonicalProgram) -> Iterator[NotRun]:
+        yield from self.language.not_run(program.line)
+        for what, (count, first) in self.state.passed.items():
+            yield NotRun(what, count, first)
+        stops = np.flatnonzero((program.kind == Kind.STOP) & ~np.isin(program.aux, ENDS))
+        if len(stops):
+            what = "stops, at which an operator may do anything"
+            yield NotRun(what, len(stops), int(program.line[stops[0]]))
 
     def _open(self, text: str, file: str) -> bool:
         """Read the program's structure; return False when it cannot run."""

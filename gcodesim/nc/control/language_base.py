@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from typing import Generic, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
 from gcodesim.nc.control.place import Place
@@ -59,6 +64,10 @@ class Language(ABC, Generic[Line]):
     def next_hole(self) -> Hole | None:
         """Return what the cycle in force does at the next point; None where holes may differ."""
         return None
+
+    def not_run(self, ran: NDArray[np.int32]) -> Iterator[NotRun]:
+        """Yield what of the texts did not run, of commands whose rows are given."""
+        yield from ()
 
     def unfinished(self) -> str:
         """Return what to report when the text of a subprogram ends without a return."""

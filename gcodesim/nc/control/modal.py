@@ -56,6 +56,7 @@ class Modal:
         feed_scale: mm per length unit that was in force at the F word.
         feed_given: an F word was read, so Control.feed is not used any more.
         speed: of the spindle [rev/min].
+        surface_speed: words of speed are no number of revolutions, and leave `speed` alone.
         tip_control: whether, and how, X Y Z are the tip of the tool.
         table_offset: the table carries the work offset's zero point along.
         selected: tool number that was selected last, None before it.
@@ -73,6 +74,7 @@ class Modal:
     feed_scale: float = 1.0
     feed_given: bool = False
     speed: float = 0.0
+    surface_speed: bool = False
     spindle: Spindle = Spindle.OFF
     side: CutterSide = CutterSide.NONE
     tip_control: TipControl = TipControl.OFF

@@ -11,7 +11,16 @@ from collections.abc import Iterable
 import numpy as np
 
 from gcodesim.nc.control.arcs import Pairs, broken, centres_from_radii
-from gcodesim.nc.control.columns import CENTRE_WORDS, MOTION, Bools, Columns, Floats, Ints
+from gcodesim.nc.control.columns import (
+    CENTRE_WORDS,
+    MOTION,
+    SPEED,
+    TOOL,
+    Bools,
+    Columns,
+    Floats,
+    Ints,
+)
 from gcodesim.nc.control.modal import Motion, TipControl
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.wrap import unwound
@@ -29,7 +38,7 @@ KINDS = np.array([Kind.RAPID, Kind.FEED, Kind.ARC, Kind.ARC], np.uint8)
 
 NONE = np.zeros(0)
 
-KNOWN = {MOTION, "F", "R", *CENTRE_WORDS, *AXES}
+KNOWN = {MOTION, SPEED, TOOL, "F", "R", *CENTRE_WORDS, *AXES}
 """Columns that are understood here; a line with another one needs the language itself."""
 
 
@@ -66,6 +75,7 @@ class PlainRun:
         angles = self._angles()
         self._cut(self._any(self.has.keys() - KNOWN) | (self.motion > Motion.COUNTER_CLOCKWISE))
         self._cut((self.moves & (self.motion < 0)) | (self.centred & ~self.arcs))
+        self._cut(self._without_tool())
         self._cut(self._unfed(self.moves & (self.motion >= Motion.FEED)))
         if not self.count:
             return 0
@@ -108,18 +118,35 @@ class PlainRun:
         last = np.maximum.accumulate(np.where(has, np.arange(self.count), -1))
         return np.where(last >= 0, value[last], start)
 
+    def _without_tool(self) -> Bools:
+        """Return the lines that select a tool which the supplied table lacks."""
+        tools = self.state.tools
+        if tools is None or TOOL not in self.has:
+            return np.zeros(self.count, bool)
+        return self.has[TOOL] & ~np.isin(self.value[TOOL], [0, *tools])
+
+    def _speeds(self) -> Floats:
+        """Return the speed in force on every line."""
+        modal = self.state.modal
+        if modal.surface_speed:
+            return np.full(self.count, modal.speed)
+        return self._filled(SPEED, self.value.get(SPEED, NONE), modal.speed)
+
     def _unfed(self, feeds: Bools) -> Bools:
         """Return those feed moves whose feed, or spindle, the block-by-block way has to judge."""
         modal, state = self.state.modal, self.state
         feeds, has = feeds[: self.count], self._any("F")
         silent = modal.spindle_turns or state.has_reported("spindle_off_feed")
-        if not silent or (modal.feed_mode == FeedMode.PER_REVOLUTION and not modal.speed):
+        if not silent:
             return feeds
         if modal.feed_mode == FeedMode.INVERSE_TIME:
             return feeds & ~has
-        if modal.feed or self._feed_given_from_outside():
-            return np.zeros(self.count, bool)
-        return feeds & ~np.logical_or.accumulate(has)
+        unfed = np.zeros(self.count, bool)
+        if modal.feed_mode == FeedMode.PER_REVOLUTION:
+            unfed = self._speeds() == 0.0
+        if not (modal.feed or self._feed_given_from_outside()):
+            unfed |= ~np.logical_or.accumulate(has)
+        return feeds & unfed
 
     def _feed_given_from_outside(self) -> bool:
         modal = self.state.modal
@@ -234,7 +261,7 @@ class PlainRun:
             f=np.where(kind == Kind.RAPID, 0.0, self._feeds(linear | self.arcs)[rows]),
             aux=aux,
             mode=modal.feed_mode,
-            speed=modal.speed,
+            speed=self._speeds()[rows].astype(np.float32),
         )
 
     def _moved(self, positions: dict[int, Floats]) -> tuple[Bools, Bools]:
@@ -334,6 +361,9 @@ class PlainRun:
         if "F" in self.has and self.has["F"].any():
             modal.feed = float(self.value["F"][np.flatnonzero(self.has["F"])[-1]])
             modal.feed_scale, modal.feed_given = state.scale, True
+        modal.speed = float(self._speeds()[-1])
+        if TOOL in self.has and self.has[TOOL].any():
+            modal.selected = int(self.value[TOOL][np.flatnonzero(self.has[TOOL])[-1]])
         state.point, state.position = list(state.point), list(state.position)
         for i, column in points.items():
             state.point[i] = float(column[-1])

@@ -103,6 +103,7 @@ class ProgramFlow:
         source, index: the line to run next.
         calls: running subprograms, the innermost last.
         line_count: lines of all sources.
+        entered: lines, counted through all sources, at which subprograms have begun.
     """
 
     max_blocks: int | None = None
@@ -111,6 +112,7 @@ class ProgramFlow:
     index: int = 0
     calls: list[Call] = field(default_factory=list)
     line_count: int = 0
+    entered: set[int] = field(default_factory=set)
     _repeats: dict[int, int] = field(default_factory=dict)
 
     def add(self, text: str, file: str) -> Source:
@@ -174,6 +176,7 @@ class ProgramFlow:
             return False
         call = Call(self.source, self.index, line, repeats - 1, on_return, self._repeats)
         self.calls.append(call)
+        self.entered.add(source.first + line)
         self.source, self.index, self._repeats = source, line, {}
         return True
 

@@ -86,6 +86,8 @@ class State:
         corner: a corner that waits for the move after it.
         path: code in tenths and tolerance [mm] of path control, None before the first.
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
+        passed: kind of lines that were left out or done in one of two ways -> how many of them,
+            and the row of the first.
         unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
             and why.
     """
@@ -114,6 +116,7 @@ class State:
         self.path: tuple[int, float] | None = None
         self.holes = 0
         self.unfollowed: dict[str, str] = {}
+        self.passed: dict[str, tuple[int, int]] = {}
         self.blocks = self.last_line = 0
         self.met: dict[str, ReadingMet] = {}
         self.ended = False
@@ -146,6 +149,11 @@ class State:
             self._findings[meaning, subject] = self.place.finding(meaning, what, at), 1
         else:
             self._findings[meaning, subject] = known[0], known[1] + 1
+
+    def pass_by(self, what: str) -> None:
+        """Count a line that the control may also take in another way."""
+        count, first = self.passed.get(what, (0, self.place.row))
+        self.passed[what] = count + 1, first
 
     def keep(self, finding: Finding) -> None:
         """Keep a finding that stopped the program."""

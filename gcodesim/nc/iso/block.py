@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
+
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.statements import Statement
+
+# One pass finds words; what is no word comes out, character by character, as the third group.
+TOKEN = re.compile(r"([A-Z@^$])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
 
 CALLS = ("M97", "M98", "M99", "G65")
 
@@ -29,6 +35,7 @@ class Block(Place):
         deleted: begins with a block delete mark.
         is_lexed, is_macro, is_read: step 1 is done; it found macro text; step 2 is done.
         statement: what the macro text says, once it was parsed.
+        numbers, known: with which numbers it says that, as text and as values.
         rows: rows of the table of codes that its G and M words name, in the order written.
         values: values of the other words, without ignored ones.
         ignored: at least one word was dropped because its letter is ignored.
@@ -45,8 +52,10 @@ class Block(Place):
         "is_lexed",
         "is_macro",
         "is_read",
+        "known",
         "messages",
         "moves",
+        "numbers",
         "places",
         "rows",
         "statement",
@@ -64,6 +73,8 @@ class Block(Place):
         self.messages: tuple[tuple[str, str], ...] = ()
         self.deleted = self.is_lexed = self.is_macro = self.is_read = False
         self.statement: Statement | None = None
+        self.numbers: Sequence[str] = ()
+        self.known: Sequence[float] = ()
         self.rows: list[Row] = []
         self.values: dict[str, float] = {}
         self.ignored = self.moves = False
@@ -106,7 +117,11 @@ class Block(Place):
 
     def error_at(self, place: int, meaning: str, what: str) -> ProgramError:
         """Return the error that refuses this block, at an index of `compact`."""
-        return ProgramError(self.finding_in(meaning, what, self._column_of(place)))
+        return ProgramError(self.finding_in(meaning, what, self._column_of(self._own(place))))
+
+    def _own(self, place: int) -> int:
+        """Return the index in `compact` of an index in the text the statement was read from."""
+        return self.statement.place_in(self.numbers, place) if self.statement else place
 
     def column(self, at: str | int) -> int:
         """Return the 1-based column of a letter, a code such as "G43.4", or a token by its index.
@@ -114,9 +129,12 @@ class Block(Place):
         Words are read from a copy of the line without blanks; only a finding needs the place in
         the line itself, so it is looked up here and not carried along.
         """
+        if self.is_macro and self.places is None and not self.tokens:
+            self.tokens = TOKEN.findall(self.compact)
         index = at if isinstance(at, int) else self._index(at)
         if self.places is not None:
-            return self._column_of(self.places[index] if index < len(self.places) else 0)
+            place = self.places[index] if index < len(self.places) else 0
+            return self._column_of(self._own(place))
         rest = sum(sum(map(len, map(str, token))) for token in self.tokens[index:])
         return self._column_of(len(self.compact) - rest)
 

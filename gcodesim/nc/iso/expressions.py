@@ -11,7 +11,7 @@ in degrees.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from gcodesim.nc.iso.functions import FUNCTIONS, OPERATORS, atan2_degrees, equals
 from gcodesim.nc.iso.macro_rules import MacroRules
@@ -19,6 +19,13 @@ from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
 Evaluate = Callable[[Parameters], float | None]
 """Returns None for a vacant parameter."""
+
+ALWAYS: dict[str, Callable[[Evaluate, Evaluate], Evaluate]] = {
+    "+": lambda a, b: lambda p: (a(p) or 0.0) + (b(p) or 0.0),
+    "-": lambda a, b: lambda p: (a(p) or 0.0) - (b(p) or 0.0),
+    "*": lambda a, b: lambda p: (a(p) or 0.0) * (b(p) or 0.0),
+}
+"""Operators that always have a value, without the calls that the others need: most are these."""
 
 Join = Callable[[float | None, float | None], float]
 
@@ -36,11 +43,23 @@ class Parser:
     Attributes:
         text, at: the text and how far it is read.
         rules: of the language of the macros.
+        slots: where a number begins -> its index in Parameters.numbers, for values that are to
+            hold for all texts that differ in their numbers only; none = the numbers are kept.
+        met: numbers found where a slot is, in the order written.
     """
 
-    def __init__(self, text: str, at: int, rules: MacroRules) -> None:
+    def __init__(
+        self, text: str, at: int, rules: MacroRules, slots: Mapping[int, int] | None = None
+    ) -> None:
         self.text, self.at, self.rules = text, at, rules
+        self.slots, self.met = slots or {}, 0
         self._depth = 0
+
+    def slot(self, place: int) -> int | None:
+        """Return the index of the number that begins at a place, None where numbers are kept."""
+        slot = self.slots.get(place)
+        self.met += slot is not None
+        return slot
 
     def error(self, meaning: str, what: str) -> ExpressionError:
         """Return the error that reading stops with, here."""
@@ -61,8 +80,8 @@ class Parser:
         sign = text[self.at : self.at + 1]
         if match := NUMBER.match(text, self.at):
             self.at = match.end()
-            number = float(match[0])
-            return lambda p: number
+            number, slot = float(match[0]), self.slot(match.start())
+            return (lambda p: number) if slot is None else (lambda p: p.numbers[slot])
         if sign in ("+", "-"):
             self.at += 1
             inner = self.value()
@@ -85,7 +104,9 @@ class Parser:
             return lambda p: p.named(name, place)
         if match := NUMBER.match(self.text, self.at):
             self.at = match.end()
-            known = float(match[0])
+            known, slot = float(match[0]), self.slot(match.start())
+            if slot is not None:
+                return lambda p: p.get(p.numbers[slot], place)
             return lambda p: p.get(known, place)
         number = self.value()
         return lambda p: p.get(number(p) or 0.0, place)
@@ -112,14 +133,17 @@ class Parser:
             return self.value()
         first = self._operation(level - 1)
         others: list[tuple[Join, Evaluate]] = []
+        operator = ""
         while match := self.rules.levels[level].match(self.text, self.at):
-            self.at = match.end()
-            join = _join(match[0], match.start(), self.rules)
+            self.at, operator = match.end(), match[0]
+            join = _join(operator, match.start(), self.rules)
             others.append((join, self._operation(level - 1)))
         if not others:
             return first
         if len(others) == 1:
             only, second = others[0]
+            if operator in ALWAYS:
+                return ALWAYS[operator](first, second)
             return lambda p: only(first(p), second(p))
 
         def evaluate(p: Parameters) -> float | None:

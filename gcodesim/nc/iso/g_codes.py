@@ -52,7 +52,6 @@ class Codes:
         offset: number of the active work offset, 1 = G54, 101.. = G54.1 P1..
         polar: words of the plane are radius and angle.
         pole, radius, angle: centre, radius [mm] and angle [deg] of the last polar point.
-        surface_speed: S is no number of revolutions (G96).
         rigid_tapping: M29 was read: tapping cycles turn the spindle themselves.
     """
 
@@ -69,7 +68,6 @@ class Codes:
     pole: tuple[float, float] = (0.0, 0.0)
     radius: float = 0.0
     angle: float = 0.0
-    surface_speed: bool = False
     rigid_tapping: bool = False
 
 

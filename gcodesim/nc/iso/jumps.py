@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.detect import contradiction
 from gcodesim.nc.iso.block import Block
@@ -13,7 +17,7 @@ from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
 from gcodesim.nc.iso.saved_modes import end_call
 from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
-from gcodesim.nc.iso.tape import opening
+from gcodesim.nc.iso.tape import compact, opening
 
 FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
 
@@ -193,6 +197,33 @@ class Jumps:
 
         if self._into(source, line, repeats, take_back):
             parameters.local = own
+
+    def not_run(self, ran: NDArray[np.int32]) -> Iterator[NotRun]:
+        """Yield the blocks after the last one of the main program, and programs never called."""
+        flow = self.flow
+        source = flow.sources[0]
+        structure = self.structures.get(source.first)
+        if structure is None:
+            # The text is in another language, which its finding says: none of it was read.
+            return
+        main, end = structure.span(source.begin)
+        if flow.is_main and main <= flow.index <= end:
+            called = [row for row in flow.entered if flow.index <= row < end]
+            last = min([end, *called])
+            later = ran[(ran > flow.index) & (ran <= last)]
+            begin = int(later.max()) if len(later) else flow.index
+            yield from self._blocks(source, begin, last)
+        others = sorted(set(structure.programs.values()) - flow.entered - {main, source.begin})
+        if others:
+            yield NotRun("programs of the file that were not called", len(others), others[0] + 1)
+
+    def _blocks(self, source: Source, begin: int, end: int) -> Iterator[NotRun]:
+        lines = (i for i in range(begin, end) if compact(source.lines[i]) not in ("", "%"))
+        if found := list(lines):
+            ended = (
+                "the program's end" if self.state.ended else "the one at which the check stopped"
+            )
+            yield NotRun(f"blocks after {ended}", len(found), source.first + found[0] + 1)
 
     def _beside(self, names: tuple[str, ...], what: str) -> Source:
         """Return a text that stands in the folder of the main program, and nowhere else."""

@@ -14,14 +14,12 @@ import re
 from operator import itemgetter
 
 from gcodesim.nc.control.place import ProgramError
-from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.block import TOKEN, Block
 from gcodesim.nc.iso.tape import NAMED
 from gcodesim.nc.lines import TAPE_CHARACTERS
 
 MAX_LINE_LENGTH = 4096
 
-# One pass finds words; what is no word comes out, character by character, as the third group.
-TOKEN = re.compile(r"([A-Z@^$])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re.DOTALL)
 COMMENT = re.compile(r"\([^()]*\)|;.*", re.DOTALL)
 MACRO = re.compile(r"[#\[<]|[A-Z](?=[A-Z])|^(?:N[0-9.]+)?O<")
 """What only macro text holds: parameters, brackets, words of more than one letter."""
@@ -72,11 +70,15 @@ def lex(block: Block, *, tape: bool, delete: bool) -> None:
     elif compact[:1] == ":":
         compact = "O" + compact[1:]
     block.compact = compact
+    block.is_lexed = True
+    if "#" in compact or "[" in compact:
+        # The words of macro text are found with their values.
+        block.is_macro = True
+        return
     block.tokens = TOKEN.findall(compact)
     # Macro text is never made of words alone.
     strays = "" in map(LETTER, block.tokens)
     block.is_macro = strays and MACRO.search(compact) is not None
-    block.is_lexed = True
 
 
 def _compacted(code: str) -> str:

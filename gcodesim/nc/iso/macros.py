@@ -11,7 +11,7 @@ from gcodesim.nc.iso.expressions import Evaluate
 from gcodesim.nc.iso.jumps import Jumps
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import ALARM, ExpressionError, Parameters
-from gcodesim.nc.iso.statements import Statement, assign, parse
+from gcodesim.nc.iso.statements import Shapes, Statement, assign, parse
 from gcodesim.nc.iso.tape import compact
 from gcodesim.nc.program import Kind
 
@@ -31,6 +31,7 @@ class Macros:
     def __init__(self, state: IsoState, parameters: Parameters, jumps: Jumps) -> None:
         self.state, self.parameters, self.jumps = state, parameters, jumps
         self.flow = jumps.flow
+        self._shapes = Shapes(parameters.rules)
         self._branches: dict[int, Statement] = {}
         parameters.undefined = self._undefined
 
@@ -43,15 +44,10 @@ class Macros:
         try:
             statement = block.statement
             if statement is None:
-                statement = block.statement = parse(block.compact, self.parameters.rules)
-            tokens: list[Token] = []
-            places: list[int] = []
-            for letter, number, evaluate, place in statement.words:
-                value = self._value_of(block, letter, evaluate, place) if evaluate else number
-                if value is not None:
-                    tokens.append((letter, value, ""))
-                    places.append(place)
-            block.tokens, block.places = tokens, places
+                statement, block.numbers, block.known = self._shapes.read(block.compact)
+                block.statement = statement
+            self.parameters.numbers = block.known
+            self._evaluate(block, statement)
             if statement.assignments and (statement.control != "THEN" or self._holds(statement)):
                 assign(statement, self.parameters)
         except ExpressionError as error:
@@ -60,15 +56,25 @@ class Macros:
             self._stop_request(block, *self.state.stop_request)
         return statement
 
-    def _value_of(self, block: Block, letter: str, evaluate: Evaluate, place: int) -> float | None:
-        """Return the value of a word; None where a vacant parameter drops it."""
-        number = evaluate(self.parameters)
-        if number is None:
-            what = f"{letter} without a value is left out"
-            self.state.report("parameter_undefined", what, subject=letter)
-        elif not -LIMIT <= number <= LIMIT:
-            raise ExpressionError("number_too_large", f"{letter}{number:g}", place)
-        return number
+    def _evaluate(self, block: Block, statement: Statement) -> None:
+        """Give a block its words; one whose value is a vacant parameter drops out."""
+        parameters, numbers = self.parameters, block.numbers
+        tokens: list[Token] = []
+        places = statement.places
+        for letter, number, value_of, place in statement.words:
+            if value_of is None:
+                tokens.append((letter, number, ""))
+            elif isinstance(value_of, int):
+                tokens.append((letter, number + numbers[value_of], ""))
+            elif (value := value_of(parameters)) is not None:
+                if not -LIMIT <= value <= LIMIT:
+                    raise ExpressionError("number_too_large", f"{letter}{value:g}", place)
+                tokens.append((letter, value, ""))
+            else:
+                what = f"{letter} without a value is left out"
+                self.state.report("parameter_undefined", what, subject=letter)
+                places = [*places[: len(tokens)], *places[len(tokens) + 1 :]]
+        block.tokens, block.places = tokens, places
 
     def _undefined(self, number: int) -> None:
         what = f"#{number} is used as 0"

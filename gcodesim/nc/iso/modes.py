@@ -50,14 +50,14 @@ def set_feed(state: IsoState, block: Block, number: int) -> None:
 def set_speed(state: IsoState, block: Block, number: int) -> None:
     """S; under G96 it is a surface speed, and says nothing about revolutions."""
     speed = block.not_negative("S")
-    if not state.codes.surface_speed:
+    if not state.modal.surface_speed:
         state.modal.speed = speed
 
 
 def set_surface_speed(state: IsoState, block: Block, number: int) -> None:
     """G96: the speed is only known to stay below D; G97: S is in rev/min again."""
-    state.codes.surface_speed = number == G.SURFACE_SPEED
-    if state.codes.surface_speed:
+    state.modal.surface_speed = number == G.SURFACE_SPEED
+    if state.modal.surface_speed:
         state.modal.speed = block.not_negative("D") if "D" in block.values else 0.0
 
 

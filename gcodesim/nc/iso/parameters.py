@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from gcodesim.errors import GcodesimError
@@ -49,6 +49,7 @@ class Parameters:
         state: where system parameters are read from.
         rules: of the language of the macros.
         local: parameters of the call that is running.
+        numbers: those written in the block that is carried out, see Parser.slots.
         undefined: called with the number of a parameter that is read before it was given a value.
     """
 
@@ -56,6 +57,7 @@ class Parameters:
         self.state, self.local = state, Locals()
         self.rules = MACROS[state.control.readings.macros]
         self._globals = Locals()
+        self.numbers: Sequence[float] = ()
         self.undefined: Callable[[int], None] = lambda number: None
 
     def get(self, value: float, place: int) -> float | None:
@@ -65,9 +67,12 @@ class Parameters:
             ExpressionError: there is none with this number, or its value is not known.
         """
         # What was given a value is found by it: 1.0 and 1 are the same key.
-        for known in (self.local.numbers, self._globals.numbers):
-            if value in known:
-                return known[value]
+        known = self.local.numbers
+        if value in known:
+            return known[value]
+        known = self._globals.numbers
+        if value in known:
+            return known[value]
         number = self._number(value, place)
         if self._holder(number) is None:
             return self._system(number, place)

@@ -7,6 +7,12 @@ at all.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
 from gcodesim.nc.control.language_base import Language
@@ -107,6 +113,10 @@ class IsoReader(Language[Block]):
         except ProgramError:
             return None
 
+    def not_run(self, ran: NDArray[np.int32]) -> Iterator[NotRun]:
+        """Yield the blocks after the last one, and the programs that nothing called."""
+        yield from self._jumps.not_run(ran)
+
     def unfinished(self) -> str:
         """Return what to report when the text of a subprogram ends without a return."""
         return "the subprogram ends without M99 or endsub"
@@ -124,8 +134,11 @@ class IsoReader(Language[Block]):
             self._lex(block)
         if not block.compact and not block.messages:
             return
-        if block.deleted and self.control.block_delete:
-            return
+        if block.deleted:
+            left_out = self.control.block_delete
+            self.state.pass_by(f"blocks marked /, {'left out' if left_out else 'run'}")
+            if left_out:
+                return
         statement = self._macros.read(block) if block.is_macro else None
         for kind, text in block.messages:
             shown = text if kind == "MSG" else self._macros.message(text)

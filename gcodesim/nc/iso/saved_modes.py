@@ -10,11 +10,11 @@ from gcodesim.nc.iso.memory import IsoState, SavedModes
 
 MODES = (
     *("plane", "incremental", "centre_absolute", "inch", "feed_mode", "feed", "feed_scale"),
-    *("feed_given", "speed", "spindle"),
+    *("feed_given", "speed", "spindle", "surface_speed"),
 )
 """Fields of Modal that are laid aside; the motion mode and the tool are not."""
 
-CODES = ("cycle_return", "surface_speed")
+CODES = ("cycle_return",)
 SAVE_FOR_CALL = 730
 
 

@@ -1,9 +1,10 @@
 """Plain blocks read by the thousand: from bytes to columns of words, not character by character.
 
-A block is plain when it holds nothing but blanks, one of CODES, N, F, Q, axis and arc words, each
-once, with numbers of up to 15 digits. Such numbers are an exact mantissa over an exact power of
-ten, whose quotient is correctly rounded, so they equal those that float() makes. Whatever is not
-plain for any reason is left to the reader, block by block, which knows what to say about it.
+A block is plain when it holds nothing but blanks, one of CODES, a code of COOLANT, N, F, S, T, Q,
+axis and arc words, each once, with numbers of up to 15 digits. Such numbers are an exact mantissa
+over an exact power of ten, whose quotient is correctly rounded, so they equal those that float()
+makes. Whatever is not plain for any reason is left to the reader, block by block, which knows what
+to say about it.
 """
 
 from __future__ import annotations
@@ -24,8 +25,14 @@ DIGITS = 8
 CODES = np.array([0.0, 1.0, 2.0, 3.0, 73.0, 74.0, 81.0, 82.0, 83.0, 84.0, 85.0, 86.0, 89.0])
 """G codes of plain blocks: lines, arcs, and cycles that a run of holes may repeat."""
 
-PLAIN_WORDS = "GNFIJKRQ"
+COOLANT = np.array([7.0, 8.0, 9.0])
+"""M codes of plain blocks: nothing here depends on them."""
+
+PLAIN_WORDS = "GMNFSTIJKRQ"
 """Letters of plain blocks, besides axes."""
+
+NEVER_IGNORED = frozenset("GM")
+"""Letters of codes: a code is looked up before its letter could be dropped."""
 
 MANTISSA = 15
 """Digits up to which a whole number is exact in float64."""
@@ -165,7 +172,7 @@ def _into_columns(
         known[ord(letter)] = True
     words.plain[line[~known[name]]] = False
     for letter in (*PLAIN_WORDS, *axes):
-        if (letter in ignored and letter != "G") or not met[ord(letter)]:
+        if letter in ignored - NEVER_IGNORED or not met[ord(letter)]:
             continue
         found = np.flatnonzero(name == ord(letter))
         where = line[found]
@@ -174,21 +181,31 @@ def _into_columns(
         words.value[letter] = np.zeros(count)
         words.has[letter][where] = True
         words.value[letter][where] = value[found]
-    first_met = {letter: np.flatnonzero(name == ord(letter)) for letter in ignored - {"G"}}
+    first_met = {letter: np.flatnonzero(name == ord(letter)) for letter in ignored - NEVER_IGNORED}
     for letter, found in sorted(first_met.items(), key=lambda item: item[1][:1].tolist()):
         if len(found):
             words.ignored[letter] = np.bincount(line[found], minlength=count)
 
 
 def _check(words: Columns) -> None:
-    """Take out what the reader may refuse: other codes, F0, broken block numbers."""
+    """Take out what the reader may refuse: other codes, F0, S-1, broken N and T."""
     if "G" in words.has:
         g = words.value[MOTION] = words.value.pop("G")
         words.has[MOTION] = words.has.pop("G")
         words.plain &= np.isin(g, CODES) & ~np.signbit(g)
     if "F" in words.has:
         words.plain &= ~words.has["F"] | (words.value["F"] > 0.0)
+    if "M" in words.has:
+        m, has = words.value.pop("M"), words.has.pop("M")
+        words.plain &= ~has | np.isin(m, COOLANT)
+    if "S" in words.has:
+        words.plain &= ~np.signbit(words.value["S"])
     if "N" in words.has:
-        n = words.value.pop("N")
+        words.plain &= _is_whole(words.value.pop("N"))
         del words.has["N"]
-        words.plain &= (n >= 0.0) & (n == np.floor(n))
+    if "T" in words.has:
+        words.plain &= _is_whole(words.value["T"])
+
+
+def _is_whole(value: Floats) -> Bools:
+    return (value >= 0.0) & (value == np.floor(value))

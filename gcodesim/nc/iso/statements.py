@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from gcodesim.nc.iso.expressions import NAME, Evaluate, Parser
 from gcodesim.nc.iso.macro_rules import MacroRules
 from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
-WORD = re.compile(r"([A-Z@^$])([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))?")
+WORD = re.compile(r"([A-Z@^$])([+-]?([0-9]+\.?[0-9]*|\.[0-9]+))?")
+NUMBERS = re.compile(r"([0-9.]++)")
+"""Numbers, and what only looks like one: 1.2.3."""
+
+KEPT_SHAPES = 1 << 12
+"""Shapes of text that are kept."""
+
 MAX_VALUE = 1e300
 """Largest value a parameter takes: results of expressions stay finite."""
 
@@ -24,8 +31,11 @@ OUTPUT = re.compile(r"POPEN|PCLOS|[BD]PRNT\[.*\]$")
 VALUED = frozenset({"IF", "ELSEIF", "WHILE", "REPEAT"})
 """O-words that take one value."""
 
-Word = tuple[str, str | None, Evaluate | None, int]
-"""Letter, number as text or None, value or None, index in the text without blanks."""
+Word = tuple[str, str, Evaluate | int | None, int]
+"""Letter, number as text, value or None, index in the text without blanks.
+
+An index in Statement.numbers as the value says that the text is only the sign of that number.
+"""
 
 Assigned = tuple[str, Evaluate | None]
 """A name and None, or an empty name and what gives the number."""
@@ -36,22 +46,79 @@ class Statement:
     """One block of macro text.
 
     Attributes:
-        words: the words of letters, see Word.
+        words: the words of letters, see Word; places: where each of them begins.
         assignments: target, value and index, in the order written.
         control: GOTO, WHILE, DO, END, an O-word such as O-CALL, or empty.
         condition: of IF or WHILE, or the value of an O-word.
         label: number of DO and END, label of an O-word.
         to: block number GOTO goes to, or number of the subprogram that O-CALL runs.
         arguments: of O-CALL.
+        numbers: place and length of every number, of a statement for all texts of one shape.
     """
 
     words: list[Word] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
     assignments: list[tuple[Assigned, Evaluate, int]] = field(default_factory=list)
     control: str = ""
     condition: Evaluate | None = None
     label: str = ""
     to: Evaluate | None = None
     arguments: list[Evaluate] = field(default_factory=list)
+    numbers: list[tuple[int, int]] = field(default_factory=list)
+
+    def place_in(self, numbers: Sequence[str], place: int) -> int:
+        """Return where a place of this statement stands in a text with other numbers."""
+        pairs = zip(self.numbers, numbers, strict=False)
+        return place + sum(len(mine) - length for (at, length), mine in pairs if at < place)
+
+
+class Shapes:
+    """Statements by the shape of their text: texts that differ in numbers only are read once.
+
+    Attributes:
+        rules: of the language of the macros.
+    """
+
+    def __init__(self, rules: MacroRules) -> None:
+        self.rules = rules
+        self._known: dict[tuple[str, ...], Statement | None] = {}
+
+    def read(self, text: str) -> tuple[Statement, Sequence[str], Sequence[float]]:
+        """Return what a block says, and the numbers it says it with, as text and as values.
+
+        Raises:
+            ExpressionError: it is no block.
+        """
+        pieces = NUMBERS.split(text)
+        shape, numbers = tuple(pieces[::2]), pieces[1::2]
+        try:
+            values = list(map(float, numbers))
+        except ValueError:
+            return parse(text, self.rules), (), ()
+        if shape not in self._known:
+            if len(self._known) == KEPT_SHAPES:
+                self._known.clear()
+            self._known[shape] = parse_shape(text, self.rules)
+        statement = self._known[shape]
+        return (
+            (parse(text, self.rules), (), ()) if statement is None else (statement, numbers, values)
+        )
+
+
+def parse_shape(text: str, rules: MacroRules) -> Statement | None:
+    """Read a block for all texts of its shape; None where a number is more than a value.
+
+    Labels and names are such numbers.
+
+    Raises:
+        ExpressionError: it is no block.
+    """
+    spans = [match.span() for match in NUMBERS.finditer(text)]
+    slots = {begin: index for index, (begin, _) in enumerate(spans)}
+    parser = Parser(text, 0, rules, slots)
+    statement = _parse(parser)
+    statement.numbers = [(begin, end - begin) for begin, end in spans]
+    return statement if parser.met == len(spans) else None
 
 
 def parse(text: str, rules: MacroRules) -> Statement:
@@ -60,7 +127,11 @@ def parse(text: str, rules: MacroRules) -> Statement:
     Raises:
         ExpressionError: it is none.
     """
-    parser, statement = Parser(text, 0, rules), Statement()
+    return _parse(Parser(text, 0, rules))
+
+
+def _parse(parser: Parser) -> Statement:
+    text, statement = parser.text, Statement()
     while parser.at < len(text):
         at = parser.at
         if statement.control and statement.control != "IF":
@@ -74,7 +145,7 @@ def parse(text: str, rules: MacroRules) -> Statement:
         elif text.startswith("GOTO", at):
             parser.at += 4
             statement.control, statement.to = "GOTO", parser.value()
-        elif not rules.o_words and (match := OUTPUT.match(text, at)):
+        elif not parser.rules.o_words and (match := OUTPUT.match(text, at)):
             parser.at = match.end()
         elif match := LOOP.match(text, at):
             parser.at = match.end()
@@ -83,6 +154,7 @@ def parse(text: str, rules: MacroRules) -> Statement:
             _word(parser, statement)
     if statement.control == "IF":
         raise parser.error("block_structure", "IF without GOTO or THEN")
+    statement.places = [word[3] for word in statement.words]
     return statement
 
 
@@ -177,7 +249,9 @@ def _word(parser: Parser, statement: Statement) -> None:
         raise parser.error("bad_character", repr(parser.text[at]))
     parser.at = match.end()
     if match[2]:
-        statement.words.append((match[1], match[2], None, at))
+        slot = parser.slot(match.start(3))
+        number = match[2] if slot is None else match[2][: match.start(3) - match.start(2)]
+        statement.words.append((match[1], number, slot, at))
         return
     try:
         value = parser.value()
@@ -186,7 +260,7 @@ def _word(parser: Parser, statement: Statement) -> None:
             what = f"{match[1]} without a number"
             raise ExpressionError("number_expected", what, at) from None
         raise
-    statement.words.append((match[1], None, value, at))
+    statement.words.append((match[1], "", value, at))
 
 
 def assign(statement: Statement, parameters: Parameters) -> None:

@@ -96,6 +96,10 @@ def _tips(code: int) -> TipControl:
 def _tool_offset(state: IsoState, block: Block) -> list[float]:
     """Return the offset that H names, or that of the tool in the spindle without H."""
     entry = block.whole("H") if "H" in block.values else state.modal.tool
+    tool = state.modal.tool
+    if entry and tool and entry != tool and not block.has("G", G.LENGTH_ADDED):
+        what = f"H{entry} with T{tool} in the spindle"
+        state.report("length_not_of_tool", what, "H", subject=f"H{entry} T{tool}")
     if entry == 0 and state.control.readings.h0 == "spindle":
         entry = state.modal.tool
     return tool_changes.length_of(state, entry, "H", "G43")
