@@ -106,6 +106,23 @@ TOUCHING_MM = 1.0e-6
 """A gap between flute and holder up to this [mm] needs no shank between them; smaller asks for one
 (GC421) because of rounding."""
 
+FLUTE_INSET_MM = 0.05
+"""By how much a flute is smaller, along its radius and its axis, where it may not touch the part
+[mm]. Smaller, and a retract along a finished wall is a contact by the tolerance of the CAM system;
+larger, and a rapid that deep in the part is not seen."""
+
+FLUTE_SIDES = 96
+"""Sides of the polygon inside the smaller flute. Fewer, and its flats lie more than 0.06 % of the
+radius inside the circle."""
+
+ROUND_SIDES = 12
+"""A mesh counts as a flute about the spindle axis where no section is less round than a polygon of
+so many sides. More refuses coarse meshes, fewer would leave more of a corner unseen."""
+
+MOST_SECTIONS = 500
+"""A flute with corners at more heights is no turned profile, but a scan or helical edges: beyond it
+nothing is gained but time."""
+
 # Rotary axes and tool centre point control.
 
 SINGULAR_VOLUME = 1.0e-6

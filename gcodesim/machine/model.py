@@ -175,6 +175,7 @@ class Machine:
         tool: the tool mount, None for a machine without one.
         tools: tool table by number; None when no tools file was supplied.
         pairs: the pairs to check, in alphabetical order (casefolded); index = tie order.
+        cutting: pairs of the flute with part and stock, which may touch while it cuts.
         allowed: pairs excused, with the reason.
         unchecked_by_rule: lines for the report: what is not checked by rule, and why.
         offsets: work offsets by number (1 = G54 ... 9 = G59.3; 101.. = G54.1 P1..).
@@ -204,6 +205,7 @@ class Machine:
     given: Mapping[str, Any] = field(default_factory=dict)
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
     time: str = "constant"
+    cutting: tuple[Pair, ...] = ()
     allowed: tuple[tuple[str, str, str], ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.frames import WORK, Frames, Level
-from gcodesim.nc.control.modal import Modal, TipControl
+from gcodesim.nc.control.modal import Modal, Spindle, TipControl
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
 from gcodesim.nc.control.tips import (
@@ -17,7 +17,7 @@ from gcodesim.nc.control.tips import (
     tip_position,
     work_placement,
 )
-from gcodesim.nc.program import AXES, ZERO, FeedMode, Frame, Kind
+from gcodesim.nc.program import AXES, ZERO, FeedMode, Frame, Kind, Turning
 from gcodesim.nc.recorder import Recorder
 
 INCH = 25.4
@@ -244,6 +244,12 @@ class State:
         what = next(iter(self.unfollowed.values()))
         self.unsupported.append(f"{what.partition(' ')[0]} line {self.place.line}")
         return self.place.error("unknown_g", what)
+
+    def turn_spindle(self, spindle: Spindle) -> None:
+        """Let the spindle turn, or stand, from here on."""
+        self.modal.spindle = spindle
+        turns = self.modal.spindle_turns
+        self.recorder.turn(Turning.MAY_TURN if turns else Turning.STANDS)
 
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""
