@@ -96,6 +96,13 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         )
         names = (pair.a, pair.b)
         found.append(Finding("GC421", message, "flute_not_round", pair=names, tool=span.tool))
+    for pair, span in detection.endless.items():
+        message = (
+            "where the flute of the mounted tool ends is not known (tool: {mounted: {flute: 25}}, "
+            "from the tip): shank and holder are not checked where it cuts"
+        )
+        names = (pair.a, pair.b)
+        found.append(Finding("GC421", message, "flute_end_unknown", pair=names, tool=span.tool))
     found += [_in_stock(touch, path) for touch in detection.in_stock]
     for pair, part in detection.undecided:
         message = f"{part} is an open mesh: whether it encloses the other body is undecidable"

@@ -29,10 +29,10 @@ from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import search_kernel
 from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
-from gcodesim.machine.flutes import smaller_flute
+from gcodesim.machine.flutes import above_flute, smaller_flute
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
-from gcodesim.machine.spindle import bodies_in_place, table_entry
+from gcodesim.machine.spindle import bodies_in_place, table_entry, tool_body
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans, window
@@ -52,6 +52,7 @@ class Detection:
         undecided: open parts for which containment cannot be decided, with their pair.
         findings: what the search found per span besides the first contact.
         in_stock: the first touch of the raw part by tool parts, per pair: it keeps its shape here.
+        endless: pairs of a tool whose flute ends nobody knows where, with the span it cuts in.
         not_smaller: flutes that cannot be made smaller, with the pairs that stay unchecked.
         steps: per span the largest step of a pair from sample to sample, and the pair.
     """
@@ -65,6 +66,7 @@ class Detection:
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
     in_stock: list[Contact] = field(default_factory=list)
+    endless: dict[Pair, Span] = field(default_factory=dict)
     not_smaller: dict[tuple[Pair, str], Span] = field(default_factory=dict)
     steps: list[tuple[Pair, SampleStep]] = field(default_factory=list)
     work: WorkCounts = field(default_factory=WorkCounts)
@@ -205,7 +207,7 @@ class _Forbidden:
             return None
         flute, odd = smaller_flute(machine, self.span.tool)
         bodies = {**machine.bodies, **({flute.name: flute} if flute else {})}
-        first: list[Contact] = []
+        first = self._above_flute(cuts)
         for pair in machine.cutting:
             for name in odd:
                 if name in (*(pair.parts_a or ()), *(pair.parts_b or ())):
@@ -213,15 +215,38 @@ class _Forbidden:
             if flute is None or not is_present(pair, bodies):
                 continue
             detection.checked.add(pair)
-            found = self._touches(pair, bodies, ~cuts)
-            if _in_stock(pair, machine):
-                detection.in_stock += found.contacts[:1]
-                continue
-            first += found.contacts[:1]
-            if task.aims.stop_all:
-                detection.contained += [c for c in found.contacts if c.triangles is None]
-                detection.findings.append(SpanFindings(intervals=found.intervals))
+            first += self._kept(pair, self._touches(pair, bodies, ~cuts))
         return min(first, key=_order, default=None)
+
+    def _above_flute(self, cuts: NDArray[np.bool_]) -> list[Contact]:
+        """Touches of the part, while it is cut, by what of a tool of one shape is no flute."""
+        machine, span, path = self.task.machine, self.span, self.task.path
+        if machine.tool is None or not cuts[_pieces(path, span)].any():
+            return []
+        if machine.tool.one_shape is None or tool_body(machine, span.tool) is None:
+            return []
+        if table_entry(machine, span.tool) is not None:
+            return []
+        rest, first = above_flute(machine), []
+        for pair in machine.cutting:
+            if rest is None:
+                self.detection.endless.setdefault(pair, span)
+                continue
+            bodies = {**machine.bodies, rest.name: rest}
+            if is_present(pair, bodies):
+                first += self._kept(pair, self._touches(pair, bodies, cuts))
+        return first
+
+    def _kept(self, pair: Pair, found: Touches) -> list[Contact]:
+        """Keep what was found of a pair, and return its first contact if that counts."""
+        detection = self.detection
+        if _in_stock(pair, self.task.machine):
+            detection.in_stock += found.contacts[:1]
+            return []
+        if self.task.aims.stop_all:
+            detection.contained += [c for c in found.contacts if c.triangles is None]
+            detection.findings.append(SpanFindings(intervals=found.intervals))
+        return found.contacts[:1]
 
     def tool_in_stock(self, pairs: tuple[Pair, ...], bodies: dict[str, Body]) -> None:
         """The first touch of the stock by parts of the tool that never cut, per pair."""

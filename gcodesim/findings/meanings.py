@@ -142,6 +142,7 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
         "the material may be cut away by then: that is not followed yet",
     ),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
+    "flute_end_unknown": ("GC421", "write `flute: height from the tip` under `mounted`"),
     "flute_not_round": (
         "GC421",
         "give the flute by diameter and length, or as a round closed mesh",

@@ -48,6 +48,55 @@ def smaller_flute(machine: Machine, number: int | None) -> tuple[Body | None, tu
     return body, tuple(part.name for part, found in smaller if found is None)
 
 
+def above_flute(machine: Machine) -> Body | None:
+    """What of a mounted tool of one shape may never touch the part: all above the flute's end.
+
+    Returns:
+        The body, as a shank; None where the end is not known or the shape is not round.
+    """
+    mount = machine.tool
+    whole = mount.one_shape if mount else None
+    if mount is None or whole is None or not mount.flute or not whole.closed:
+        return None
+    turn, point = rotation_from_z(mount.axis), mount.gauge_point
+    found = []
+    for shell in shapes.shells(whole.triangles):
+        standing = (shell - point) @ turn
+        if round_profile(standing) is None:
+            return None
+        found += [_cut_off(standing, mount.flute - mount.length)]
+    triangles = np.concatenate(found)
+    if not len(triangles):
+        return None
+    part = replace(whole, triangles=shapes.place(triangles, turn, point), role="shank")
+    return Body(mount.name, mount.link, (part,))
+
+
+def _cut_off(shell: Array, height: float) -> Array:
+    """What of a shell lies above a height, closed there: sections of it are about round."""
+    kept: list[list[Array]] = []
+    rim: list[Array] = []
+    for triangle in shell:
+        corners: list[Array] = []
+        for start, end in zip(triangle, np.roll(triangle, -1, axis=0), strict=True):
+            if start[2] >= height:
+                corners.append(start)
+            if (start[2] >= height) != (end[2] >= height):
+                # From the lower to the upper end, so that both triangles of an edge agree.
+                low, high = sorted((start, end), key=lambda p: float(p[2]))
+                at = low + (height - low[2]) / (high[2] - low[2]) * (high - low)
+                at[2] = height
+                corners.append(at)
+                rim.append(at)
+        kept += [[corners[0], *corners[i : i + 2]] for i in range(1, len(corners) - 1)]
+    if rim:
+        ring = np.unique(np.array(rim), axis=0)
+        ring = ring[np.argsort(np.arctan2(ring[:, 1], ring[:, 0]))]
+        centre = np.array([0.0, 0.0, height])
+        kept += [[centre, b, a] for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)]
+    return np.array(kept, np.float64).reshape(-1, 3, 3)
+
+
 @lru_cache(64)
 def _smaller(
     part: Part, axis: tuple[float, float, float], point: tuple[float, float, float]

@@ -128,6 +128,7 @@ def _tool_mount(
         mounted=_mounted_parts(mounted, reader) if mounted else (),
         length=mounted.length if mounted else 0.0,
         for_all=mounted is not None and mounted.for_ == "all",
+        flute=(mounted and mounted.flute) or 0.0,
     )
 
 

@@ -145,6 +145,7 @@ class ToolMount:
         mounted: parts of the tool mounted at the start, world coordinates; empty = none.
         length: length of the mounted tool [mm], 0 when none.
         for_all: the mounted tool stands for every T number.
+        flute: where the flute of a mounted tool of one shape ends, from the tip [mm]; 0: unknown.
     """
 
     name: str
@@ -154,6 +155,13 @@ class ToolMount:
     mounted: tuple[Part, ...] = ()
     length: float = 0.0
     for_all: bool = False
+    flute: float = 0.0
+
+    @property
+    def one_shape(self) -> Part | None:
+        """The shape that is flute, shank and holder of the mounted tool at once, if there is one."""
+        whole = self.mounted[0] if len(self.mounted) == 1 else None
+        return whole if whole and whole.name == self.name and whole.role == "flute" else None
 
 
 @dataclass(frozen=True)

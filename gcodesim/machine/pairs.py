@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from gcodesim.constants import FLUTE_INSET_MM
 from gcodesim.machine.model import Joint, Pair
 from gcodesim.machine.schema import AllowedSpec, PairSpec
 from gcodesim.machine.yaml_lines import YamlFile, suggest
@@ -179,7 +180,8 @@ def _by_rule(pair: Pair, bodies: Mapping[str, Member]) -> tuple[Pair | None, str
     wanted = (pair.parts_a if tool is a else pair.parts_b) or tool.uncut
     rest = tuple(part for part in tool.uncut if part in wanted)
     what = "flute" if rest else "the tool, one shape or flute only,"
-    line = f"{pair.name}: {what} against {other.role} is cutting, not collision"
+    line = f"{pair.name}: {what} against {other.role} is cutting, not collision, while it is fed "
+    line += f"and turns; else the flute is checked, {FLUTE_INSET_MM:g} mm smaller"
     if not rest:
         return None, line
     return replace(pair, parts_a=rest) if tool is a else replace(pair, parts_b=rest), line

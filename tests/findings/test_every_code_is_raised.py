@@ -71,9 +71,10 @@ MESH = ("X: {box: {size: [100, 100, 20], center: [0, 0, -10]}}", "X: {mesh: tabl
 CONTACTS = [
     Case("GC101", "G0 Z-140", machine=(PAIR,)),
     Case("GC102", "G0 Z-80"),
-    Case("GC103", "G0 Z-65", bodies=block("part")),
+    Case("GC103", "S1 M3\nG1 Z-30 F9000", bodies=block("part")),
     Case("GC104", "G0 Z-65", bodies=block("fixture")),
-    Case("GC106", "G0 Z-60", machine=(("work:", "start: {Z: -65}\nwork:"),), bodies=block("stock")),
+    Case("GC105", "G0 Z-25", bodies=block("part")),
+    Case("GC106", "G0 Z-60", machine=(("work:", "start: {Z: -65}\nwork:"),), bodies=block("part")),
     Case(
         "GC107",
         "G0 X-100\nZ-65\nX100",
@@ -107,6 +108,7 @@ LANGUAGE = [
     Case("GC423", "S1 M3\nG88 X1 Z-1 R1 P1 F100\nG80"),
     Case("GC424", "G0 X1\nX2\nX3", options=gcodesim.Options(device="cpu", max_blocks=3)),
     Case("GC425", "G0 X#7"),
+    Case("GC426", "G0 Z-25", bodies=block("stock")),
     Case("GC430", "G1 X10 F100"),
 ]
 POLICY = [
