@@ -1,8 +1,8 @@
 """Forbidden touches: of pairs that may touch in some pieces of the path, and in others not.
 
 The flute may be in the part while it cuts; in a rapid, or while the spindle stands, it may not.
-Only those pieces are searched, each with both its ends, by the method of the check: on the way that is
-programmed, without the lag of drives or rounded corners.
+Only those pieces are searched, each with both its ends, by the method of the check: on the way that
+is programmed, without the lag of drives or rounded corners.
 """
 
 from __future__ import annotations

@@ -159,7 +159,7 @@ class ToolMount:
 
     @property
     def one_shape(self) -> Part | None:
-        """The shape that is flute, shank and holder of the mounted tool at once, if there is one."""
+        """The shape that is flute, shank and holder of the mounted tool at once, if any."""
         whole = self.mounted[0] if len(self.mounted) == 1 else None
         return whole if whole and whole.name == self.name and whole.role == "flute" else None
 

@@ -71,7 +71,7 @@ MESH = ("X: {box: {size: [100, 100, 20], center: [0, 0, -10]}}", "X: {mesh: tabl
 CONTACTS = [
     Case("GC101", "G0 Z-140", machine=(PAIR,)),
     Case("GC102", "G0 Z-80"),
-    Case("GC103", "S1 M3\nG1 Z-30 F9000", bodies=block("part")),
+    Case("GC103", "S1 M3\nG1 Z-65 F9000", bodies=block("part")),
     Case("GC104", "G0 Z-65", bodies=block("fixture")),
     Case("GC105", "G0 Z-25", bodies=block("part")),
     Case("GC106", "G0 Z-60", machine=(("work:", "start: {Z: -65}\nwork:"),), bodies=block("part")),
