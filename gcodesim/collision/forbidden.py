@@ -20,6 +20,7 @@ from gcodesim.collision.bounds.forest import build_forest
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants.contact import touching_triangles
 from gcodesim.collision.instants.containment import Containment, shell_vertices, winding_number
+from gcodesim.collision.instants.touches import first_touch
 from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.approach import Approach, first_event
 from gcodesim.collision.search.events import Contact, SpanContext
@@ -30,7 +31,7 @@ from gcodesim.constants import TOLERANCE_MM
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Part
 from gcodesim.motion.path import standing
-from gcodesim.motion.samples import Stretches, sample_of, window
+from gcodesim.motion.samples import Instants, Stretches, sample_of, window
 
 
 @dataclass
@@ -76,6 +77,8 @@ def forbidden_touches(
 ) -> Touches:
     """Touches and containments of all pairs of a scene in some pieces of a span.
 
+    The start of the span always counts: that is where its tool appears.
+
     Args:
         context: of the span.
         arrays: its path.
@@ -93,9 +96,11 @@ def forbidden_touches(
     stretches = Stretches(path, wanted)
     runs = stretches.runs(first, end)
     found = Touches()
-    if not runs:
-        return found
     looker = _Looker(context, arrays, stretches, order, work)
+    if appearing := looker.appearing():
+        found.contacts.append(appearing)
+        if not order.stop_all:
+            return found
     inside = looker.first_inside(runs, found)
     while first < end:
         contact = looker.first_touch(first, end)
@@ -104,9 +109,9 @@ def forbidden_touches(
         if contact is None:
             break
         found.contacts.append(contact)
-        if not order.stop_all:
+        here = next((run for run in runs if contact.time_ps <= path.bounds_ps[run[1]]), None)
+        if not order.stop_all or here is None:
             break
-        here = next(run for run in runs if contact.time_ps <= path.bounds_ps[run[1]])
         found.intervals += looker.intervals(here)
         first = here[1]
     found.overflows = len(looker.searcher.undecided)
@@ -135,6 +140,15 @@ class _Looker:
         self.searcher = Searcher(
             scene, forest, context.path, arrays, context.travels, settings, stretches
         )
+
+    def appearing(self) -> Contact | None:
+        """A touch as the span begins: the tool is there then, whatever moves next."""
+        context, start = self.context, np.array([self.context.span.start_ps])
+        begin = Instants(start, context.path.piece_at(start), -(-start // context.period_ps))
+        hit = first_touch(context.scene, self.arrays, begin, self.work)
+        if hit is None:
+            return None
+        return context.touch(*hit, touching_triangles(context.scene, self.arrays, begin, hit[1]))
 
     def first_touch(self, first: int, end: int) -> Contact | None:
         """The first touch of surfaces in the pieces first..end."""
@@ -177,9 +191,10 @@ class _Looker:
             yield interval, self.context.interval(interval, self.arrays)
 
     def first_inside(self, runs: list[tuple[int, int]], found: Touches) -> Contact | None:
-        """The first body wholly inside another as a run begins: surfaces do not show it."""
+        """The first body wholly inside another as span or run begins: no surface shows it."""
         context, best = self.context, None
-        times = context.path.bounds_ps[[first for first, _ in runs]]
+        begins = [int(context.path.bounds_ps[first]) for first, _ in runs]
+        times = np.unique([context.span.start_ps, *begins])
         world = world_from_link(context.machine, context.path.positions(times))
         scene = context.scene
         for pair, ((a, b), sides) in enumerate(zip(scene.links, scene.shapes, strict=True)):
