@@ -245,6 +245,8 @@ def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
     items, names = list(smallest.values()), set(smallest)
     items += still_axes(detection.travels)
     needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
+    # The flute is looked at in full, even where shank and holder never come near.
+    needed |= {name for p in machine.cutting if p in detection.checked for name in (p.a, p.b)}
     for name in sorted(set(machine.bodies) - needed):
         items.append(LeftOut(f"body {name}", "no pair that is left needs it"))
     return tuple(items)
