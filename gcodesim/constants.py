@@ -119,6 +119,10 @@ ROUND_SIDES = 12
 """A mesh counts as a flute about the spindle axis where no section is less round than a polygon of
 so many sides. More refuses coarse meshes, fewer would leave more of a corner unseen."""
 
+SAME_HEIGHT_MM = 1.0e-7
+"""Corners whose heights differ by less lie in one section of a flute [mm]: so much is rounding.
+Smaller cuts a tilted flute into slivers; larger takes a short stretch of it for none."""
+
 MOST_SECTIONS = 500
 """A flute with corners at more heights is no turned profile, but a scan or helical edges: beyond it
 nothing is gained but time."""

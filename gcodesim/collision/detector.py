@@ -20,7 +20,7 @@ from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds import chords
 from gcodesim.collision.bounds.departure import SampleStep, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
-from gcodesim.collision.forbidden import Order, Touches, forbidden_touches
+from gcodesim.collision.forbidden import Touches, TouchOrder, forbidden_touches
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
@@ -262,7 +262,7 @@ class _Forbidden:
             task.machine, task.path, scene, self.span, task.period_ps, self.travels
         )
         in_stock = _in_stock(pair, task.machine)
-        order = Order(
+        order = TouchOrder(
             task.method == "search",
             task.aims.between,
             task.aims.stop_all and not in_stock,
@@ -276,7 +276,7 @@ class _Forbidden:
 
 
 def _spans_by_body(task: Task) -> list[Span]:
-    """Stretches of time with the same tool body; a change for the same one changes nothing."""
+    """SomePieces of time with the same tool body; a change for the same one changes nothing."""
     merged: list[Span] = []
     mounted: int | None = None
     for span in tool_spans(task.path):

@@ -31,7 +31,7 @@ from gcodesim.constants import TOLERANCE_MM
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Part
 from gcodesim.motion.path import standing
-from gcodesim.motion.samples import Instants, Stretches, sample_of, window
+from gcodesim.motion.samples import Instants, SomePieces, sample_of, window
 
 
 @dataclass
@@ -52,7 +52,7 @@ class Touches:
 
 
 @dataclass(frozen=True)
-class Order:
+class TouchOrder:
     """How forbidden touches are looked for.
 
     Attributes:
@@ -72,7 +72,7 @@ def forbidden_touches(
     context: SpanContext,
     arrays: PathArrays,
     wanted: NDArray[np.bool_],
-    order: Order,
+    order: TouchOrder,
     work: WorkCounts,
 ) -> Touches:
     """Touches and containments of all pairs of a scene in some pieces of a span.
@@ -93,7 +93,7 @@ def forbidden_touches(
         path, first, end = standing(path, span.start_ps), 0, 1
         wanted = np.ones(1, np.bool_)
         context, arrays = replace(context, path=path), path_arrays(path, context.scene.device)
-    stretches = Stretches(path, wanted)
+    stretches = SomePieces(path, wanted)
     runs = stretches.runs(first, end)
     found = Touches()
     looker = _Looker(context, arrays, stretches, order, work)
@@ -125,8 +125,8 @@ class _Looker:
         self,
         context: SpanContext,
         arrays: PathArrays,
-        stretches: Stretches,
-        order: Order,
+        stretches: SomePieces,
+        order: TouchOrder,
         work: WorkCounts,
     ) -> None:
         self.context, self.arrays, self.stretches = context, arrays, stretches

@@ -17,7 +17,14 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import FLUTE_INSET_MM, FLUTE_SIDES, MOST_SECTIONS, ROUND_SIDES, TOUCHING_MM
+from gcodesim.constants import (
+    FLUTE_INSET_MM,
+    FLUTE_SIDES,
+    MOST_SECTIONS,
+    ROUND_SIDES,
+    SAME_HEIGHT_MM,
+    TOUCHING_MM,
+)
 from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation_from_z
 from gcodesim.machine.model import Body, Machine, Part
@@ -25,9 +32,6 @@ from gcodesim.machine.spindle import tool_body
 
 Array = NDArray[np.float64]
 Points = list[tuple[float, float]]
-
-SAME_HEIGHT_MM = 1.0e-7
-"""Corners whose heights differ by less lie in one section [mm]: so much is rounding."""
 
 
 def smaller_flute(machine: Machine, number: int | None) -> tuple[Body | None, tuple[str, ...]]:

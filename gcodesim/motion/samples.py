@@ -44,7 +44,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class Stretches:
+class SomePieces:
     """Some pieces of a path, each with both its ends.
 
     Attributes:
@@ -79,7 +79,7 @@ class Stretches:
 
 
 def tool_spans(path: Path) -> list[Span]:
-    """Stretches of the path between tool changes."""
+    """SomePieces of the path between tool changes."""
     starts: list[tuple[int, int | None, int]] = [(0, None, 0)]
     starts += [
         (int(path.bounds_ps[change.piece]), change.number, change.line)

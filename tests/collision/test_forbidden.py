@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.bodies.scene import build_scene, is_present
 from gcodesim.collision.bounds.motion_bounds import travelled
-from gcodesim.collision.forbidden import Order, Touches, forbidden_touches
+from gcodesim.collision.forbidden import Touches, TouchOrder, forbidden_touches
 from gcodesim.collision.geometry.poses import path_arrays
 from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search.events import SpanContext
 from gcodesim.machine.spindle import bodies_in_place
-from gcodesim.motion.samples import Instants, Span, Stretches, tool_spans
+from gcodesim.motion.samples import Instants, SomePieces, Span, tool_spans
 from gcodesim.study.scenes import joint, path
 
 SEEDS = (1, 2, 7, 8, 13, 14, 18, 19, 25, 31, 43, 44)
@@ -26,7 +26,7 @@ def touches(trial: Trial, span: Span, wanted: NDArray[np.bool_], *, searches: bo
     scene = build_scene(pairs, bodies, machine.joints, "cpu")
     travels = travelled(machine.joints, trial.path)
     context = SpanContext(machine, trial.path, scene, span, trial.period_ps, travels)
-    order = Order(searches=searches, between=False, stop_all=False, threads=1)
+    order = TouchOrder(searches=searches, between=False, stop_all=False, threads=1)
     arrays = path_arrays(trial.path, "cpu")
     return forbidden_touches(context, arrays, wanted, order, WorkCounts())
 
@@ -72,7 +72,7 @@ def test_a_touch_in_other_pieces_does_not_count() -> None:
 def test_stretches_keep_both_ends_of_their_pieces() -> None:
     joints = [joint("X", [1, 0, 0], "bed", "X")]
     way = path(joints, [0.0], [(1.0, [1.0]), (1.0, [2.0]), (1.0, [3.0]), (1.0, [4.0])])
-    stretches = Stretches(way, np.array([False, True, True, False]))
+    stretches = SomePieces(way, np.array([False, True, True, False]))
     assert stretches.runs(0, 4) == [(1, 3)]
     assert stretches.runs(2, 4) == [(2, 3)]
     seconds = np.array([0, 1, 2, 3, 4]) * 10**12

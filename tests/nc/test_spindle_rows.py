@@ -36,10 +36,6 @@ def test_a_feed_cuts_unless_the_spindle_is_known_to_stand(before: str, cut: bool
     assert cuts(f"{before}\nG21 G90 G94 G1 X5 F100\n", "fanuc")[lines] is cut
 
 
-def test_the_spindle_of_linuxcnc_turns_on_at_a_stop() -> None:
-    assert cuts("M3 S100\nM0\nG21 G90 G94 G1 X5 F100\n", "linuxcnc")[3]
-
-
 def test_no_rapid_cuts() -> None:
     assert cuts("M3 S100\nG21 G90 G0 X5\nG1 Y5 F100\nG28 Z0\n") == {2: False, 3: True, 4: False}
 

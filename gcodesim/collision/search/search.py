@@ -36,7 +36,7 @@ from gcodesim.collision.search.search_kernel import (
 from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
-from gcodesim.motion.samples import Stretches
+from gcodesim.motion.samples import SomePieces
 
 LEVEL = 7
 """Pieces in a window: at most 2^7. Longer windows prove more at once, shorter ones share better."""
@@ -183,7 +183,7 @@ class Searcher:
     arrays: PathArrays
     joints: tuple[Joint, ...]
     settings: SearchSettings
-    stretches: Stretches | None = None
+    stretches: SomePieces | None = None
     undecided: list[Roots] = field(default_factory=list)
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:

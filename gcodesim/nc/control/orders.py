@@ -25,9 +25,7 @@ def stop(state: State, code: int = 0, *, ends: bool = False) -> None:
     """
     state.emit(Kind.STOP, aux=code)
     state.ended = ends
-    # The spindle of LinuxCNC turns on at M0 and M1.
-    if ends or state.control.readings.dialect != "linuxcnc":
-        state.recorder.turn(Turning.STANDS)
+    state.recorder.turn(Turning.STANDS)
 
 
 def set_path(state: State, code: int, tolerance: float) -> None:
