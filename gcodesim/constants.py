@@ -110,6 +110,26 @@ TOUCHING_MM = 1.0e-6
 CORNER_RADIUS_SLACK = 1.0e-9
 """The rounded corner of a cutter may reach beyond its axis by this part of its radius. Smaller
 refuses ball ends because of rounding."""
+FLUTE_INSET_MM = 0.05
+"""By how much a flute is smaller, along its radius and its axis, where it may not touch the part
+[mm]. Smaller, and a retract along a finished wall is a contact by the tolerance of the CAM system;
+larger, and a rapid that deep in the part is not seen."""
+
+FLUTE_SIDES = 96
+"""Sides of the polygon inside the smaller flute. Fewer, and its flats lie more than 0.06 % of the
+radius inside the circle."""
+
+ROUND_SIDES = 12
+"""A mesh counts as a flute about the spindle axis where no section is less round than a polygon of
+so many sides. More refuses coarse meshes, fewer would leave more of a corner unseen."""
+
+SAME_HEIGHT_MM = 1.0e-7
+"""Corners whose heights differ by less lie in one section of a flute [mm]: so much is rounding.
+Smaller cuts a tilted flute into slivers; larger takes a short stretch of it for none."""
+
+MOST_SECTIONS = 500
+"""A flute with corners at more heights is no turned profile, but a scan or helical edges: beyond it
+nothing is gained but time."""
 
 # Rotary axes and tool centre point control.
 

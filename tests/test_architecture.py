@@ -99,7 +99,16 @@ GENERICS = {
 ROOMS = {
     "nc": [*(("lines", "program"), "recorder", "control", "detect", "iso", ("canon", "interpret"))],
     "collision": [
-        *("geometry", "bodies", "bounds", "instants", ("baseline", "search"), "views", "detector")
+        *(
+            "geometry",
+            "bodies",
+            "bounds",
+            "instants",
+            ("baseline", "search"),
+            "views",
+            "forbidden",
+            "detector",
+        )
     ],
 }
 """Folder -> its rooms in the order of their floors; imports lead downward only."""

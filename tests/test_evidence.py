@@ -40,7 +40,8 @@ TOOL, CUT = ("flute", "shank", "holder"), ("part", "stock")
 CODES_OF_ROLES = [
     ("GC101", ("machine",), ("machine",)),
     ("GC102", TOOL, ("machine",)),
-    ("GC103", TOOL, CUT),
+    ("GC103", ("shank", "holder"), CUT),
+    ("GC105", ("flute",), CUT),
     ("GC104", TOOL, ("fixture",)),
     ("GC108", ("machine", "fixture"), (*CUT, "fixture")),
 ]

@@ -70,6 +70,8 @@ def contact_finding(contact: Contact, first: FirstContact) -> Finding:
         where = "as soon as the tool is in the spindle"
     if contact.between:
         where = "between two samples"
+    if _contact_code(contact) == "GC105":
+        where += ", in a rapid or with the spindle off"
     message = f"{_part_name(contact, 0)} {what} {_part_name(contact, 1)} {where}"
     return Finding(
         _contact_code(contact),
@@ -90,6 +92,22 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         if tool.unchecked:
             message = f"tool {number} has no shape for its {', '.join(tool.unchecked)}: not checked"
             found.append(Finding("GC421", message, "tool_part_without_shape", tool=number))
+    for (pair, part), span in detection.not_smaller.items():
+        other = pair.b if machine.tool and pair.a == machine.tool.name else pair.a
+        message = (
+            f"{part} is not round about the spindle axis, or open: it is not checked against "
+            f"{other} in rapids and with the spindle off"
+        )
+        names = (pair.a, pair.b)
+        found.append(Finding("GC421", message, "flute_not_round", pair=names, tool=span.tool))
+    for pair, span in detection.endless.items():
+        message = (
+            "where the flute of the mounted tool ends is not known (tool: {mounted: {flute: 25}}, "
+            "from the tip): shank and holder are not checked where it cuts"
+        )
+        names = (pair.a, pair.b)
+        found.append(Finding("GC421", message, "flute_end_unknown", pair=names, tool=span.tool))
+    found += [_in_stock(touch, path) for touch in detection.in_stock]
     for pair, part in detection.undecided:
         message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
         text = (pair.a, pair.b)
@@ -101,6 +119,22 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         message = "the search ran out of stack: some stretches of time are not decided"
         found.append(Finding("GC901", message, "search_undecided"))
     return found
+
+
+def _in_stock(contact: Contact, path: Path) -> Finding:
+    """A touch of the raw part, which keeps its shape here: what was cut away is not known."""
+    first = first_contact(contact, path, ())
+    message = f"{_part_name(contact, 0)} is in {_part_name(contact, 1)} here, "
+    message += "unless it was cut away before: the stock keeps its shape"
+    return Finding(
+        "GC427",
+        message,
+        "stock_keeps_shape",
+        line=first.line or None,
+        time_s=first.time_s,
+        pair=first.pair,
+        tool=first.tool,
+    )
 
 
 def _touches_there(detection: Detection, pair: Pair, near: Nearness) -> bool:
@@ -215,6 +249,8 @@ def left_out(detection: Detection, machine: Machine) -> tuple[LeftOut, ...]:
     items, names = list(smallest.values()), set(smallest)
     items += still_axes(detection.travels)
     needed = {name for p in detection.checked if p.name not in names for name in (p.a, p.b)}
+    # The flute is looked at in full, even where shank and holder never come near.
+    needed |= {name for p in machine.cutting if p in detection.checked for name in (p.a, p.b)}
     for name in sorted(set(machine.bodies) - needed):
         items.append(LeftOut(f"body {name}", "no pair that is left needs it"))
     return tuple(items)
@@ -230,8 +266,10 @@ def coverage(
 ) -> Coverage:
     """What was checked and what was not."""
     pairs = [pair for pair in machine.pairs if pair in detection.checked]
+    cutting = [pair for pair in machine.cutting if pair in detection.checked]
+    names = dict.fromkeys((pair.a, pair.b) for pair in (*pairs, *cutting))
     return Coverage(
-        pairs=tuple((pair.a, pair.b) for pair in pairs),
+        pairs=tuple(names),
         between_samples=between,
         unsupported=meaning.unsupported,
         ignored=meaning.ignored,
@@ -335,7 +373,18 @@ def _tool_at(contact: Contact, path: Path) -> int | None:
 
 def _line_at(contact: Contact, path: Path) -> int:
     """Line of the block in force; the tool change, or 0, where a body appears."""
-    return contact.span.line if contact.appears else _line(path, contact.time_ps)
+    if contact.appears:
+        return contact.span.line
+    piece = int(path.piece_at(np.array([contact.time_ps]))[0])
+    if _flute_cuts(contact) and path.cuts is not None and path.cuts[piece]:
+        # Where it cuts it may touch: what counts is the move that begins there.
+        piece += 1
+    return int(path.line[piece])
+
+
+def _flute_cuts(contact: Contact) -> bool:
+    """Whether a contact is one of the flute with what it may cut."""
+    return "flute" in contact.roles and bool(set(contact.roles) & CUT_ROLES)
 
 
 def _line(path: Path, time_ps: int) -> int:
@@ -364,7 +413,7 @@ def _contact_code(contact: Contact) -> str:
     if not roles & TOOL_ROLES:
         return "GC108" if roles & SETUP_ROLES else "GC101"
     if roles & CUT_ROLES:
-        return "GC103"
+        return "GC105" if "flute" in roles else "GC103"
     return "GC104" if "fixture" in roles else "GC102"
 
 

@@ -8,6 +8,7 @@ from functools import partial
 
 import numpy as np
 import warp as wp
+from numpy.typing import NDArray
 
 from gcodesim.collision.baseline.exhaustive import (
     InstantTest,
@@ -19,6 +20,7 @@ from gcodesim.collision.bodies.scene import Scene, build_scene, is_present
 from gcodesim.collision.bounds import chords
 from gcodesim.collision.bounds.departure import SampleStep, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
+from gcodesim.collision.forbidden import Touches, TouchOrder, forbidden_touches
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
@@ -27,9 +29,10 @@ from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import search_kernel
 from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
+from gcodesim.machine.flutes import above_flute, smaller_flute
 from gcodesim.machine.kinematics import world_from_link
-from gcodesim.machine.model import Joint, Machine, Pair
-from gcodesim.machine.spindle import bodies_in_place, table_entry
+from gcodesim.machine.model import Body, Joint, Machine, Pair
+from gcodesim.machine.spindle import bodies_in_place, table_entry, tool_body
 from gcodesim.motion.overtravel import position_ranges
 from gcodesim.motion.path import Path
 from gcodesim.motion.samples import Span, tool_spans, window
@@ -48,6 +51,9 @@ class Detection:
         contained: with --stop all, bodies inside another where they appear.
         undecided: open parts for which containment cannot be decided, with their pair.
         findings: what the search found per span besides the first contact.
+        in_stock: the first touch of the raw part by tool parts, per pair: it keeps its shape here.
+        endless: pairs of a tool whose flute ends nobody knows where, with the span it cuts in.
+        not_smaller: flutes that cannot be made smaller, with the pairs that stay unchecked.
         steps: per span the largest step of a pair from sample to sample, and the pair.
     """
 
@@ -59,6 +65,9 @@ class Detection:
     contained: list[Contact] = field(default_factory=list)
     undecided: list[tuple[Pair, str]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
+    in_stock: list[Contact] = field(default_factory=list)
+    endless: dict[Pair, Span] = field(default_factory=dict)
+    not_smaller: dict[tuple[Pair, str], Span] = field(default_factory=dict)
     steps: list[tuple[Pair, SampleStep]] = field(default_factory=list)
     work: WorkCounts = field(default_factory=WorkCounts)
 
@@ -117,14 +126,22 @@ def detect(task: Task) -> Detection:
     for span in _spans_by_body(task):
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
-        pairs = tuple(p for p in task.machine.pairs if is_present(p, bodies))
+        present = [p for p in task.machine.pairs if is_present(p, bodies)]
+        pairs = tuple(p for p in present if not _in_stock(p, task.machine))
+        soft = tuple(p for p in present if p not in pairs)
         bare = any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b))
         if bare and span.end_ps > span.start_ps:
             # An empty spindle that nothing moves before the first tool change is no gap.
             detection.missing.append(span)
+        detection.checked.update(present)
+        looked = _Forbidden(task, arrays, span, travels, detection)
+        early = looked.flute_in_part()
+        looked.tool_in_stock(soft, bodies)
         if not pairs:
+            detection.contact = early or detection.contact
+            if early and not task.aims.stop_all:
+                break
             continue
-        detection.checked.update(pairs)
         scene = build_scene(pairs, bodies, task.machine.joints, task.device)
         context = SpanContext(task.machine, task.path, scene, span, task.period_ps, travels)
         step = largest_step(scene, travels, task.path, _pieces(task.path, span), task.period_ps)
@@ -132,14 +149,19 @@ def detect(task: Task) -> Detection:
             detection.steps.append((scene.pairs[step.pair], step))
         if task.method == "search":
             contact, findings = search_span(
-                context, arrays, task.aims, detection.work, task.progress
+                context,
+                arrays,
+                task.aims,
+                detection.work,
+                task.progress,
+                early.sample if early else None,
             )
             detection.findings.append(findings)
         else:
             contact = _sample(task, context, arrays, detection)
         inside = _contain(context, detection)
         detection.contained += inside if task.aims.stop_all else []
-        found = [c for c in (*inside, contact, detection.contact) if c]
+        found = [c for c in (*inside, contact, early, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
         if detection.contact and not task.aims.stop_all:
             break
@@ -151,13 +173,110 @@ def _pieces(path: Path, span: Span) -> slice:
     return slice(first, end)
 
 
-def _order(contact: Contact) -> tuple[int, bool]:
-    """Earlier first; of one sample, surfaces before containments."""
-    return contact.sample, contact.triangles is None
+def _order(contact: Contact) -> tuple[int, bool, str, str]:
+    """Earlier first; of one sample, surfaces before containments, then by the alphabet."""
+    names = contact.pair.a.casefold(), contact.pair.b.casefold()
+    return contact.sample, contact.triangles is None, *names
+
+
+def _in_stock(pair: Pair, machine: Machine) -> bool:
+    """Whether a pair is one of the tool and the raw part, which keeps its shape here."""
+    tool = machine.tool.name if machine.tool else ""
+    other = {pair.a, pair.b} - {tool}
+    if len(other) != 1:
+        return False
+    parts = machine.bodies[other.pop()].parts
+    return any(part.role == "stock" for part in parts)
+
+
+@dataclass(frozen=True)
+class _Forbidden:
+    """What the tool may not do at some times: the flute in the part, and the tool in the stock."""
+
+    task: Task
+    arrays: PathArrays
+    span: Span
+    travels: tuple[Joint, ...]
+    detection: Detection
+
+    def flute_in_part(self) -> Contact | None:
+        """The first touch of part by flute where it does not cut."""
+        task, detection = self.task, self.detection
+        cuts, machine = task.path.cuts, task.machine
+        if cuts is None or not machine.cutting:
+            return None
+        flute, odd = smaller_flute(machine, self.span.tool)
+        bodies = {**machine.bodies, **({flute.name: flute} if flute else {})}
+        first = self._above_flute(cuts)
+        for pair in machine.cutting:
+            for name in odd:
+                if name in (*(pair.parts_a or ()), *(pair.parts_b or ())):
+                    detection.not_smaller.setdefault((pair, name), self.span)
+            if flute is None or not is_present(pair, bodies):
+                continue
+            detection.checked.add(pair)
+            first += self._kept(pair, self._touches(pair, bodies, ~cuts))
+        return min(first, key=_order, default=None)
+
+    def _above_flute(self, cuts: NDArray[np.bool_]) -> list[Contact]:
+        """Touches of the part, while it is cut, by what of a tool of one shape is no flute."""
+        machine, span, path = self.task.machine, self.span, self.task.path
+        if machine.tool is None or not cuts[_pieces(path, span)].any():
+            return []
+        if machine.tool.one_shape is None or tool_body(machine, span.tool) is None:
+            return []
+        if table_entry(machine, span.tool) is not None:
+            return []
+        rest, first = above_flute(machine), []
+        for pair in machine.cutting:
+            if rest is None:
+                self.detection.endless.setdefault(pair, span)
+                continue
+            bodies = {**machine.bodies, rest.name: rest}
+            if is_present(pair, bodies):
+                first += self._kept(pair, self._touches(pair, bodies, cuts))
+        return first
+
+    def _kept(self, pair: Pair, found: Touches) -> list[Contact]:
+        """Keep what was found of a pair, and return its first contact if that counts."""
+        detection = self.detection
+        if _in_stock(pair, self.task.machine):
+            detection.in_stock += found.contacts[:1]
+            return []
+        if self.task.aims.stop_all:
+            detection.contained += [c for c in found.contacts if c.triangles is None]
+            detection.findings.append(SpanFindings(intervals=found.intervals))
+        return found.contacts[:1]
+
+    def tool_in_stock(self, pairs: tuple[Pair, ...], bodies: dict[str, Body]) -> None:
+        """The first touch of the stock by parts of the tool that never cut, per pair."""
+        everywhere = np.ones(len(self.task.path), np.bool_)
+        for pair in pairs:
+            found = self._touches(pair, bodies, everywhere)
+            self.detection.in_stock += found.contacts[:1]
+
+    def _touches(self, pair: Pair, bodies: dict[str, Body], wanted: NDArray[np.bool_]) -> Touches:
+        task, detection = self.task, self.detection
+        scene = build_scene((pair,), bodies, task.machine.joints, task.device)
+        context = SpanContext(
+            task.machine, task.path, scene, self.span, task.period_ps, self.travels
+        )
+        in_stock = _in_stock(pair, task.machine)
+        order = TouchOrder(
+            task.method == "search",
+            task.aims.between,
+            task.aims.stop_all and not in_stock,
+            task.aims.threads,
+        )
+        found = forbidden_touches(context, self.arrays, wanted, order, detection.work)
+        detection.undecided += [(pair, item.outer) for item in found.undecided]
+        if found.overflows:
+            detection.findings.append(SpanFindings(overflows=found.overflows))
+        return found
 
 
 def _spans_by_body(task: Task) -> list[Span]:
-    """Stretches of time with the same tool body; a change for the same one changes nothing."""
+    """SomePieces of time with the same tool body; a change for the same one changes nothing."""
     merged: list[Span] = []
     mounted: int | None = None
     for span in tool_spans(task.path):

@@ -13,6 +13,7 @@ ADVICE: dict[str, str] = {
     "GC102": "Retract before the rotary axes turn, use a shorter holder or a longer tool.",
     "GC103": "Only the flute may touch stock and part: use a longer tool, or tilt it away.",
     "GC104": "Move the clamp, or lift the tool over it; look at rapids at the R level of cycles.",
+    "GC105": "Retract before the rapid, or start the spindle before the feed move.",
     "GC106": "A body appears inside another: check start position, tool length and setup.",
     "GC107": "Two bodies meet between two samples: treat it as a contact; a finer --sample-period "
     "shows where.",
@@ -48,6 +49,8 @@ ADVICE: dict[str, str] = {
     "GC425": "Give the parameter a value before it is used.",
     "GC426": "Controls read this in several ways, with different verdicts: look up the parameter, "
     "and write the key under `control:` in the machine file.",
+    "GC427": "The stock is not cut away here: look whether the material is gone by then, or check "
+    "against the finished part (`role: part`).",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC431": "Correct H, unless the length of this tool is kept under another number on purpose.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",

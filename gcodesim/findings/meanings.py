@@ -143,7 +143,16 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
     "reading_matters": ("GC426", "write the key under `control:` in the machine file"),
     "rest": ("GC502", "correct shapes, joints or start; or `allow` the pair, with a reason"),
     "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
+    "stock_keeps_shape": (
+        "GC427",
+        "the material may be cut away by then: that is not followed yet",
+    ),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
+    "flute_end_unknown": ("GC421", "write `flute: height from the tip` under `mounted`"),
+    "flute_not_round": (
+        "GC421",
+        "give the flute by diameter and length, or as a round closed mesh",
+    ),
     "time_limit": ("GC424", "what follows the limit of program time was not checked"),
     "tool_centre_unsolved": ("GC430", "X Y Z between work and tool, and A B C that point the tool"),
     "tool_part_without_shape": ("GC421", "give shank and holder in the tools file"),

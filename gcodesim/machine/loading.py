@@ -64,6 +64,7 @@ def load_machine(
         joints=joints,
         bodies={**own, **{name: body for name, (body, _) in clamped.items()}},
         pairs=chosen.pairs,
+        cutting=chosen.cutting,
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
@@ -128,6 +129,7 @@ def _tool_mount(
         mounted=_mounted_parts(mounted, reader) if mounted else (),
         length=mounted.length if mounted else 0.0,
         for_all=mounted is not None and mounted.for_ == "all",
+        flute=(mounted and mounted.flute) or 0.0,
     )
 
 
@@ -157,7 +159,8 @@ def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:
     if table is not None:
         parts |= {name: name for name in TOOL_PARTS}
     uncut = tuple(name for name, role in parts.items() if role != "flute")
-    return Member(mount.name, mount.link, TOOL, tuple(parts), uncut)
+    flutes = tuple(name for name, role in parts.items() if role == "flute")
+    return Member(mount.name, mount.link, TOOL, tuple(parts), uncut, flutes)
 
 
 def _positions(

@@ -145,6 +145,7 @@ class ToolMount:
         mounted: parts of the tool mounted at the start, world coordinates; empty = none.
         length: length of the mounted tool [mm], 0 when none.
         for_all: the mounted tool stands for every T number.
+        flute: where the flute of a mounted tool of one shape ends, from the tip [mm]; 0: unknown.
     """
 
     name: str
@@ -154,6 +155,13 @@ class ToolMount:
     mounted: tuple[Part, ...] = ()
     length: float = 0.0
     for_all: bool = False
+    flute: float = 0.0
+
+    @property
+    def one_shape(self) -> Part | None:
+        """The shape that is flute, shank and holder of the mounted tool at once, if any."""
+        whole = self.mounted[0] if len(self.mounted) == 1 else None
+        return whole if whole and whole.name == self.name and whole.role == "flute" else None
 
 
 @dataclass(frozen=True)
@@ -175,6 +183,7 @@ class Machine:
         tool: the tool mount, None for a machine without one.
         tools: tool table by number; None when no tools file was supplied.
         pairs: the pairs to check, in alphabetical order (casefolded); index = tie order.
+        cutting: pairs of the flute with part and stock, which may touch while it cuts.
         allowed: pairs excused, with the reason.
         unchecked_by_rule: lines for the report: what is not checked by rule, and why.
         offsets: work offsets by number (1 = G54 ... 9 = G59.3; 101.. = G54.1 P1..).
@@ -206,6 +215,7 @@ class Machine:
     is_dialect_told: bool = False
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
     time: str = "constant"
+    cutting: tuple[Pair, ...] = ()
     allowed: tuple[tuple[str, str, str], ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()

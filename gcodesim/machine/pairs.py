@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from gcodesim.constants import FLUTE_INSET_MM
 from gcodesim.machine.model import Joint, Pair
 from gcodesim.machine.schema import AllowedSpec, PairSpec
 from gcodesim.machine.yaml_lines import YamlFile, suggest
@@ -23,7 +24,8 @@ class Member:
         link: link that carries it.
         role: link | tool | fixture | part | stock.
         parts: names of its parts, or of those it may get (a tool); empty: it can have no shape.
-        uncut: parts of a tool that may not touch part or stock: all but the flute.
+        uncut: parts of a tool that may never touch part or stock: all but the flute.
+        flutes: its flutes.
     """
 
     name: str
@@ -31,13 +33,21 @@ class Member:
     role: str
     parts: tuple[str, ...] = ()
     uncut: tuple[str, ...] = ()
+    flutes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class PairSet:
-    """The pairs to check, in alphabetical order, and what is left out by rule, as lines."""
+    """The pairs to check, in alphabetical order.
+
+    Attributes:
+        pairs: those that may never touch.
+        cutting: pairs of the flute with part and stock: they may touch while it cuts.
+        unchecked_by_rule: what is left out by rule, as lines.
+    """
 
     pairs: tuple[Pair, ...]
+    cutting: tuple[Pair, ...]
     unchecked_by_rule: tuple[str, ...]
 
 
@@ -75,7 +85,12 @@ def choose_pairs(
         rest, line = _by_rule(pair, bodies)
         kept += [rest] if rest else []
         lines += [line] if line else []
-    return PairSet(tuple(sorted(kept, key=_alphabetical)), tuple(sorted(set(lines))))
+    cutting = [flute for pair in pairs if (flute := _cutting(pair, bodies))]
+    return PairSet(
+        tuple(sorted(kept, key=_alphabetical)),
+        tuple(sorted(cutting, key=_alphabetical)),
+        tuple(sorted(set(lines))),
+    )
 
 
 def default_pairs(members: Sequence[Member], joints: Sequence[Joint]) -> list[Pair]:
@@ -165,7 +180,21 @@ def _by_rule(pair: Pair, bodies: Mapping[str, Member]) -> tuple[Pair | None, str
     wanted = (pair.parts_a if tool is a else pair.parts_b) or tool.uncut
     rest = tuple(part for part in tool.uncut if part in wanted)
     what = "flute" if rest else "the tool, one shape or flute only,"
-    line = f"{pair.name}: {what} against {other.role} is cutting, not collision"
+    line = f"{pair.name}: {what} against {other.role} is cutting, not collision, while it is fed "
+    line += f"and turns; else the flute is checked, {FLUTE_INSET_MM:g} mm smaller"
     if not rest:
         return None, line
     return replace(pair, parts_a=rest) if tool is a else replace(pair, parts_b=rest), line
+
+
+def _cutting(pair: Pair, bodies: Mapping[str, Member]) -> Pair | None:
+    """What a pair says of the flute against part or stock, None where it says nothing."""
+    a, b = bodies[pair.a], bodies[pair.b]
+    tool, other = (a, b) if a.role == TOOL else (b, a)
+    if tool.role != TOOL or other.role not in CUT:
+        return None
+    wanted = (pair.parts_a if tool is a else pair.parts_b) or tool.flutes
+    flutes = tuple(part for part in tool.flutes if part in wanted)
+    if not flutes or not other.parts:
+        return None
+    return replace(pair, parts_a=flutes) if tool is a else replace(pair, parts_b=flutes)

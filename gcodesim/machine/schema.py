@@ -190,6 +190,10 @@ class MountedSpec(BodySpec):
 
     name: Name = Field(default="tool", description="name of the body in pairs and findings")
     length: Positive = Field(description="gauge point to tip [mm]")
+    flute: Positive | None = Field(
+        default=None,
+        description="height of the cutting part from the tip [mm], where one shape is all there is",
+    )
     for_: Literal["all"] | None = Field(
         default=None, alias="for", description="`all`: it stands for every T number"
     )

@@ -55,14 +55,14 @@ def cone(
     return place(revolve([(radius, -half), (top_radius, half)]), rotation_from_z(axis), center)
 
 
-def revolve(profile: Profile) -> Array:
+def revolve(profile: Profile, sides: int = SIDES) -> Array:
     """Solid of revolution about Z under a profile of (r, z) points, (n, 3, 3).
 
     z may not turn back along the profile, so that every section is a full disc: only then is the
     shape around the circle never smaller than the ideal solid. ValueError says what is wrong.
     """
     points = _open_profile(profile)
-    rings = [_ring(r, z) for r, z in points]
+    rings = [_ring(r, z, sides) for r, z in points]
     triangles = []
     for lower, upper in pairwise(rings):
         a, b = lower, np.roll(lower, -1, axis=0)
@@ -74,11 +74,39 @@ def revolve(profile: Profile) -> Array:
     return np.concatenate(triangles)
 
 
-def _ring(radius: float, z: float) -> Array:
-    """Corners (SIDES, 3) of the polygon around a circle."""
-    sine, cosine = sincosd(np.arange(SIDES) * (360.0 / SIDES))
-    corner = radius / np.cos(np.pi / SIDES)
-    return np.stack([corner * cosine, corner * sine, np.full(SIDES, z)], axis=1)
+def shell_corners(triangles: Array) -> tuple[Array, NDArray[np.intp], NDArray[np.intp]]:
+    """Corners of triangles by shell: surfaces that share no corner are shells of their own.
+
+    Returns:
+        The different corners (m, 3), their numbers in every triangle (n, 3), and the shell of each
+        corner: the lowest number of a corner in it, (m,).
+    """
+    points, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    faces = corner.reshape(-1, 3)
+    label = np.arange(len(points))
+    while True:
+        lowest = label[faces].min(axis=1)
+        lower = label.copy()
+        for k in range(3):
+            np.minimum.at(lower, faces[:, k], lowest)
+        lower = lower[lower]
+        if np.array_equal(lower, label):
+            return points, faces, label
+        label = lower
+
+
+def shells(triangles: Array) -> list[Array]:
+    """The triangles of every shell."""
+    _, faces, label = shell_corners(triangles)
+    of_face = label[faces[:, 0]]
+    return [triangles[of_face == shell] for shell in np.unique(of_face)]
+
+
+def _ring(radius: float, z: float, sides: int) -> Array:
+    """Corners (sides, 3) of the polygon around a circle."""
+    sine, cosine = sincosd(np.arange(sides) * (360.0 / sides))
+    corner = radius / np.cos(np.pi / sides)
+    return np.stack([corner * cosine, corner * sine, np.full(sides, z)], axis=1)
 
 
 def _open_profile(profile: Profile) -> list[tuple[float, float]]:

@@ -83,6 +83,8 @@ class Path(Ways):
         tool_changes: in the order of time.
         deviation_mm: no point of any link, nor the tip seen from the part, is farther than this
             from where the control would have it: pieces of tool centre point moves are chords.
+        cuts: the flute may touch the part, for it is fed and the spindle may turn, shape (n,);
+            None = throughout.
     """
 
     joints: tuple[str, ...]
@@ -90,6 +92,7 @@ class Path(Ways):
     line: NDArray[np.int32]
     tool_changes: tuple[ToolChange, ...] = ()
     deviation_mm: float = 0.0
+    cuts: NDArray[np.bool_] | None = None
 
     @property
     def duration_ps(self) -> int:
@@ -139,6 +142,7 @@ def standing(path: Path, time_ps: int) -> Path:
         bounds_ps=np.array([start, start + 1]),
         line=path.line[path.piece_at(at)],
         tool_changes=(),
+        cuts=None if path.cuts is None else np.zeros(1, np.bool_),
     )
 
 

@@ -23,6 +23,7 @@ from gcodesim.nc.program import (
     CanonicalProgram,
     FeedMode,
     Kind,
+    Turning,
     path_lengths,
     starts_of_moves,
 )
@@ -66,6 +67,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         line=program.line[moves.row].astype(np.int32),
         tool_changes=_tool_changes(program, moves.row, end),
         deviation_mm=moves.deviation_mm,
+        cuts=_cuts(program, moves.row),
     )
     centre, clock = under.centre if under else None, (moves.row, bounds)
     return path, findings + stretched(program, wanted, least, clock, machine, centre)
@@ -126,6 +128,18 @@ def _clock(seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], int]:
     kept = int(np.argmin(fits)) if not fits.all() else len(seconds)
     ticks = np.maximum(np.rint(seconds[:kept] * PS_PER_S), 1.0).astype(np.int64)
     return np.concatenate([np.zeros(1, np.int64), np.cumsum(ticks)]), kept
+
+
+def _cuts(program: CanonicalProgram, rows: NDArray[np.intp]) -> NDArray[np.bool_] | None:
+    """Whether the flute may touch the part in each move: none in rapids and as the spindle stands.
+
+    Where the spindle stands turned away from the wall, the flute is not round: nothing is asked.
+    """
+    if program.turning is None:
+        return None
+    kind, turning = program.kind[rows], program.turning[rows]
+    away = turning == Turning.TURNED_AWAY
+    return np.asarray(away | ((kind != Kind.RAPID) & (turning != Turning.STANDS)))
 
 
 def _tool_changes(

@@ -43,8 +43,43 @@ class Span:
     line: int
 
 
+@dataclass(frozen=True)
+class SomePieces:
+    """Some pieces of a path, each with both its ends.
+
+    Attributes:
+        wanted: whether a piece is one of them, shape (n,).
+    """
+
+    path: Path
+    wanted: NDArray[np.bool_]
+
+    def runs(self, first: int, end: int) -> list[tuple[int, int]]:
+        """First piece and end of each unbroken run of wanted pieces among first..end."""
+        inside = np.concatenate([[False], self.wanted[first:end], [False]])
+        edges = np.flatnonzero(inside[1:] != inside[:-1]) + first
+        return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+    def end_ps(self, time_ps: int) -> int:
+        """When the run ends [ps] in which a time, or what follows it, lies."""
+        piece = int(self.path.piece_at(np.array([time_ps + 1]))[0])
+        others = np.flatnonzero(~self.wanted[piece:])
+        return int(
+            self.path.bounds_ps[piece + others[0]] if len(others) else self.path.bounds_ps[-1]
+        )
+
+    def kept(self, instants: Instants) -> Instants:
+        """The instants that lie in wanted pieces, or where one begins."""
+        piece = instants.piece
+        later = np.minimum(piece + 1, len(self.wanted) - 1)
+        begins = self.wanted[later] & (instants.time_ps == self.path.bounds_ps[piece + 1])
+        starts = self.wanted[piece] & (instants.time_ps >= self.path.bounds_ps[piece])
+        some = np.flatnonzero(starts | begins)
+        return Instants(instants.time_ps[some], piece[some], instants.sample[some])
+
+
 def tool_spans(path: Path) -> list[Span]:
-    """Stretches of the path between tool changes."""
+    """SomePieces of the path between tool changes."""
     starts: list[tuple[int, int | None, int]] = [(0, None, 0)]
     starts += [
         (int(path.bounds_ps[change.piece]), change.number, change.line)

@@ -168,7 +168,9 @@ def tool_moves(program: CanonicalProgram, machine: Machine, under: NDArray[np.in
 def _before(program: CanonicalProgram, row: int) -> CanonicalProgram:
     """The commands before a row."""
     columns = ("kind", "line", "frame", "to", "f", "feed_mode", "speed", "aux")
-    return replace(program, **{name: getattr(program, name)[:row] for name in columns})
+    turning = None if program.turning is None else program.turning[:row]
+    before = {name: getattr(program, name)[:row] for name in columns}
+    return replace(program, turning=turning, **before)
 
 
 def _tool_offsets(program: CanonicalProgram) -> Array:

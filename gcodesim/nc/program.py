@@ -65,6 +65,14 @@ class Kind(IntEnum):
     PATH = 10  # G61 G61.1 G64: `aux` is the code in tenths, `f` the tolerance P [mm], 0 without
 
 
+class Turning(IntEnum):
+    """What is known of the spindle while a command runs."""
+
+    STANDS = 0  # not started yet, or stopped since
+    MAY_TURN = 1  # started, or after a code of the builder's that may start it
+    TURNED_AWAY = 2  # stands at an angle at which the edge clears the wall: the shift of G76, G87
+
+
 class FeedMode(IntEnum):
     """How the column `f` of a feed or arc is to be read."""
 
@@ -94,6 +102,7 @@ class CanonicalProgram:
         feed_mode: FeedMode, shape (n,) uint8.
         speed: spindle speed [rev/min] in force, shape (n,) float32.
         aux: see Kind, shape (n,) int32.
+        turning: Turning, shape (n,) uint8; None = may turn throughout.
         arcs: rows of ARC_DTYPE.
         texts: messages.
         start: machine position before the first command, shape (6,).
@@ -112,6 +121,7 @@ class CanonicalProgram:
     start: NDArray[np.float64]
     texts: list[str] = field(default_factory=list)
     stock: StockCorners | None = None
+    turning: NDArray[np.uint8] | None = None
 
     def __len__(self) -> int:
         return len(self.kind)

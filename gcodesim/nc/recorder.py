@@ -16,6 +16,7 @@ from gcodesim.nc.program import (
     Frame,
     Kind,
     StockCorners,
+    Turning,
 )
 
 ArcRow = tuple[tuple[float, ...], tuple[float, ...], int]
@@ -31,6 +32,7 @@ class Recorder:
         self._arcs, self._turns = array("d"), array("i")
         self._texts: list[str] = []
         self._switches: list[tuple[int, int]] = [(0, Frame.MACHINE)]
+        self._spindle: list[tuple[int, int]] = [(0, Turning.STANDS)]
         self._stock: StockCorners | None = None
 
     def __len__(self) -> int:
@@ -82,6 +84,16 @@ class Recorder:
         if frame != self._switches[-1][1]:
             self._switches.append((len(self), frame))
 
+    @property
+    def turning(self) -> int:
+        """What is known of the spindle now."""
+        return self._spindle[-1][1]
+
+    def turn(self, turning: int) -> None:
+        """Let what follows run with the spindle in another state."""
+        if turning != self.turning:
+            self._spindle.append((len(self), turning))
+
     def add_arc_row(self, row: ArcRow) -> int:
         """Append centre, normal and turns of an arc and return the row's number for `aux`."""
         centre, normal, turns = row
@@ -121,7 +133,7 @@ class Recorder:
         return CanonicalProgram(
             kind=np.frombuffer(self._kind, np.uint8),
             line=np.frombuffer(self._line, np.int32),
-            frame=self._frames(),
+            frame=self._spread(self._switches),
             to=np.frombuffer(self._to, np.float64).reshape(-1, 6),
             f=np.frombuffer(self._f, np.float64),
             feed_mode=np.frombuffer(self._mode, np.uint8),
@@ -131,6 +143,7 @@ class Recorder:
             start=np.array(start, np.float64),
             texts=self._texts,
             stock=self._stock,
+            turning=self._spread(self._spindle),
         )
 
     def _arc_rows(self) -> NDArray[np.void]:
@@ -140,8 +153,8 @@ class Recorder:
         rows["turns"] = np.frombuffer(self._turns, np.int32)
         return rows
 
-    def _frames(self) -> NDArray[np.uint8]:
-        """Return the frame of every command; switches after the last one do not count."""
-        rows, frames = zip(*self._switches, strict=True)
+    def _spread(self, switches: list[tuple[int, int]]) -> NDArray[np.uint8]:
+        """Return what is in force at every command; switches after the last one do not count."""
+        rows, values = zip(*switches, strict=True)
         bounds = np.minimum([*rows, len(self)], len(self))
-        return np.repeat(np.array(frames, np.uint8), np.diff(bounds))
+        return np.repeat(np.array(values, np.uint8), np.diff(bounds))

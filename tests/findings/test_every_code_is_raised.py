@@ -71,9 +71,10 @@ MESH = ("X: {box: {size: [100, 100, 20], center: [0, 0, -10]}}", "X: {mesh: tabl
 CONTACTS = [
     Case("GC101", "G0 Z-140", machine=(PAIR,)),
     Case("GC102", "G0 Z-80"),
-    Case("GC103", "G0 Z-65", bodies=block("part")),
+    Case("GC103", "S1 M3\nG1 Z-65 F9000", bodies=block("part")),
     Case("GC104", "G0 Z-65", bodies=block("fixture")),
-    Case("GC106", "G0 Z-60", machine=(("work:", "start: {Z: -65}\nwork:"),), bodies=block("stock")),
+    Case("GC105", "G0 Z-25", bodies=block("part")),
+    Case("GC106", "G0 Z-60", machine=(("work:", "start: {Z: -65}\nwork:"),), bodies=block("part")),
     Case(
         "GC107",
         "G0 X-100\nZ-65\nX100",
@@ -114,6 +115,7 @@ LANGUAGE = [
         machine=(("work:", "control: {rapids: both}\nwork:"),),
         bodies=block("fixture"),
     ),
+    Case("GC427", "G0 Z-25", bodies=block("stock")),
     Case("GC430", "G1 X10 F100"),
     Case("GC431", "T1 M6\nG43 H2"),
 ]

@@ -85,8 +85,11 @@ def test_setup_pairs_join_named_pairs(tiny, changed):
     assert by_name["cutter-blank"].parts_a == ("shank", "holder")
     assert by_name["cutter-vise"].parts_a is None
     assert machine.unchecked_by_rule == (
-        "cutter-blank: flute against stock is cutting, not collision",
+        "cutter-blank: flute against stock is cutting, not collision, while it is fed and turns; "
+        "else the flute is checked, 0.05 mm smaller",
     )
+    (flute,) = machine.cutting
+    assert (flute.name, flute.parts_a) == ("cutter-blank", ("cutter", "flute"))
 
 
 def test_a_tool_of_one_shape_is_not_checked_against_stock(tiny):

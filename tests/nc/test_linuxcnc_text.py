@@ -3,7 +3,7 @@
 import pytest
 
 from gcodesim.nc.interpret import interpret
-from gcodesim.nc.program import Kind
+from gcodesim.nc.program import Kind, Turning
 
 
 def ends(meaning):
@@ -81,6 +81,12 @@ def test_what_only_the_running_control_knows_is_open(block, control):
 def test_modes_of_another_call_are_not_put_back(control):
     text = "M70\no1 sub\nM72\no1 endsub\no1 call\nM2"
     assert meanings(interpret(text, control("linuxcnc"))) == ["modes_not_saved"]
+
+
+def test_the_spindle_that_m72_puts_back_turns(control):
+    program = interpret("S1 M3\nM70\nM5\nG0 X1\nM72\nG0 X2\nM2", control("linuxcnc")).program
+    turning = program.turning[program.kind <= Kind.ARC].tolist()
+    assert turning == [Turning.STANDS, Turning.MAY_TURN]
 
 
 def test_another_spindle_than_the_main_one_is_refused(control):

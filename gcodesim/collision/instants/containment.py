@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gcodesim.collision.bodies.scene import Scene
 from gcodesim.machine.model import Part
+from gcodesim.machine.shapes import shell_corners
 
 
 @dataclass(frozen=True)
@@ -86,15 +87,5 @@ def winding_number(point: NDArray[np.float64], triangles: NDArray[np.float64]) -
 
 def shell_vertices(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
     """One vertex of every connected shell, shape (shells, 3)."""
-    points, corner = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
-    faces = corner.reshape(-1, 3)
-    label = np.arange(len(points))
-    while True:
-        lowest = label[faces].min(axis=1)
-        lower = label.copy()
-        for k in range(3):
-            np.minimum.at(lower, faces[:, k], lowest)
-        lower = lower[lower]
-        if np.array_equal(lower, label):
-            return np.asarray(points[np.unique(label)])
-        label = lower
+    points, _, label = shell_corners(triangles)
+    return np.asarray(points[np.unique(label)])

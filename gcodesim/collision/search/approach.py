@@ -248,7 +248,7 @@ def event_of(
             searcher,
             int(pair),
             int(outcome.near[pair]),
-            end_ps,
+            searcher.until(int(outcome.near[pair]), end_ps),
             sample if pair == touching else None,
         )
         for pair in np.flatnonzero((outcome.near < end_ps) & (keys < outcome.best))

@@ -36,6 +36,7 @@ from gcodesim.collision.search.search_kernel import (
 from gcodesim.constants import SLACK_MM
 from gcodesim.machine.model import Joint
 from gcodesim.motion.path import Path
+from gcodesim.motion.samples import SomePieces
 
 LEVEL = 7
 """Pieces in a window: at most 2^7. Longer windows prove more at once, shorter ones share better."""
@@ -171,6 +172,7 @@ class Searcher:
     """A scene with its forest, ready to search stretches of one path.
 
     Attributes:
+        stretches: pieces to look at; None = all.
         undecided: roots that could not be searched to the end, shared by copies of the searcher;
             while there are any, no answer is complete.
     """
@@ -181,6 +183,7 @@ class Searcher:
     arrays: PathArrays
     joints: tuple[Joint, ...]
     settings: SearchSettings
+    stretches: SomePieces | None = None
     undecided: list[Roots] = field(default_factory=list)
 
     def chunks(self, first: int, end: int) -> Iterator[tuple[int, int]]:
@@ -194,15 +197,30 @@ class Searcher:
         """The pieces first..end in windows of one length, and their motion tables."""
         level = min(LEVEL, max(0, ((end - first) // WINDOWS).bit_length() - 1))
         starts = np.arange(first, end, 1 << level, dtype=np.int32)
+        levels = np.full(len(starts), level, np.int32)
+        if self.stretches is not None:
+            # Windows of wanted pieces only stay whole, of others the wanted pieces are left.
+            wanted = self.stretches.wanted[first:end]
+            whole = np.logical_and.reduceat(wanted, starts - first)
+            alone = np.flatnonzero(wanted & ~np.repeat(whole, 1 << level)[: end - first]) + first
+            starts = np.concatenate([starts[whole], alone]).astype(np.int32)
+            levels = np.where(np.arange(len(starts)) < whole.sum(), level, 0).astype(np.int32)
+            order = np.argsort(starts)
+            starts, levels = starts[order], levels[order]
         zero = np.zeros(len(starts), np.int64)
-        roots = Roots(starts, np.full(len(starts), level, np.int32), zero, zero)
-        return roots, self.motion(first, end, level)
+        return Roots(starts, levels, zero, zero), self.motion(first, end, level)
+
+    def until(self, time_ps: int, end_ps: int) -> int:
+        """How far what begins at a time may be followed, at most to `end_ps` [ps]."""
+        return end_ps if self.stretches is None else min(end_ps, self.stretches.end_ps(time_ps))
 
     def search_pieces(self, first: int, end: int, before: Outcome | None = None) -> Outcome:
         """Search the pieces first..end for all pairs, going on from what was found before."""
         roots, motion = self.windows(first, end)
-        starts, level = roots.piece, int(roots.level[0])
         outcome = before or Outcome.nothing(len(self.scene.pairs))
+        if not len(roots.piece):
+            return outcome
+        starts, level = roots.piece, int(roots.level.max())
         on_cpu = self.scene.device == "cpu"
         size = max(1, BATCH >> level) if on_cpu else len(starts)
         batches = [(i, min(i + size, len(starts))) for i in range(0, len(starts), size)]

@@ -96,8 +96,18 @@ def search_span(
     aims: Aims,
     work: WorkCounts,
     progress: Callable[[float], None],
+    known: int | None = None,
 ) -> tuple[Contact | None, SpanFindings]:
-    """Search one span: its first contact, and what else was asked for."""
+    """Search one span: its first contact, and what else was asked for.
+
+    Args:
+        context: of the span.
+        arrays: the path.
+        aims: what is asked for.
+        work: counts what is done.
+        progress: called with the fraction of program time done.
+        known: sample of a contact found otherwise: clearances count up to it.
+    """
     findings = SpanFindings()
     context, free, departing = _leave_out(context, aims, findings)
     span, path = context.span, context.path
@@ -124,6 +134,8 @@ def search_span(
     if contact is not None:
         pair = context.scene.pairs.index(contact.pair)
         best = contact_key(contact.sample, pair)
+    if known is not None:
+        best = min(best, contact_key(known, 0))
     if aims.stop_all and contact is not None:
         findings.intervals = [
             (interval, context.interval(interval, searcher.arrays))

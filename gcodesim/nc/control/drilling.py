@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from gcodesim.nc.control.moves import FEED, RAPID, feed_of, move
 from gcodesim.nc.control.state import State
-from gcodesim.nc.program import PLANES, Kind
+from gcodesim.nc.program import PLANES, Kind, Turning
 
 
 class RapidTo(NamedTuple):
@@ -109,7 +109,12 @@ def _stand_or_shift(state: State, step: Shift | Dwell | ManualStop) -> None:
         i, j, _ = PLANES[state.modal.plane]
         point = state.point.copy()
         point[i], point[j] = point[i] + step.u, point[j] + step.v
+        before = state.recorder.turning
+        state.recorder.turn(Turning.TURNED_AWAY)
         _rapid(state, point)
+        if before == Turning.TURNED_AWAY:
+            # The second shift takes the first one back: the cycle starts the spindle again.
+            state.recorder.turn(Turning.MAY_TURN)
     elif isinstance(step, Dwell):
         if step.seconds:
             state.recorder.add(Kind.DWELL, state.place.row, f=step.seconds)

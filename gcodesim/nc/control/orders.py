@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from gcodesim.nc.control.modal import CutterSide
 from gcodesim.nc.control.state import State
-from gcodesim.nc.program import Kind
+from gcodesim.nc.program import Kind, Turning
 
 
 def dwell(state: State, seconds: float) -> None:
@@ -25,6 +25,7 @@ def stop(state: State, code: int = 0, *, ends: bool = False) -> None:
     """
     state.emit(Kind.STOP, aux=code)
     state.ended = ends
+    state.recorder.turn(Turning.STANDS)
 
 
 def set_path(state: State, code: int, tolerance: float) -> None:

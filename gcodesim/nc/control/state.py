@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.frames import WORK, Frames, Level
-from gcodesim.nc.control.modal import Modal, TipControl
+from gcodesim.nc.control.modal import Modal, Spindle, TipControl
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
 from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
@@ -18,7 +18,7 @@ from gcodesim.nc.control.tips import (
     tip_position,
     work_placement,
 )
-from gcodesim.nc.program import AXES, ZERO, FeedMode, Frame, Kind
+from gcodesim.nc.program import AXES, ZERO, FeedMode, Frame, Kind, Turning
 from gcodesim.nc.recorder import Recorder
 
 INCH = 25.4
@@ -266,6 +266,12 @@ class State:
         met = self.met.setdefault(key, ReadingMet(key, self.place.row, 0))
         met.count += 1
         return ways_of(key)[0]
+
+    def turn_spindle(self, spindle: Spindle) -> None:
+        """Let the spindle turn, or stand, from here on."""
+        self.modal.spindle = spindle
+        turns = self.modal.spindle_turns
+        self.recorder.turn(Turning.MAY_TURN if turns else Turning.STANDS)
 
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""

@@ -35,7 +35,7 @@ def change_tool(state: State, code: str) -> None:
         state.report("tool_change_without_t", f"{code} without T", code)
         return
     load_tool(state, tool, code)
-    state.modal.spindle = Spindle.OFF
+    state.turn_spindle(Spindle.OFF)
 
 
 def load_tool(state: State, tool: int, code: str) -> None:

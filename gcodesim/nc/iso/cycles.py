@@ -23,7 +23,7 @@ from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.modes import dwell_seconds
 from gcodesim.nc.iso.motion import target
-from gcodesim.nc.program import AXES, PLANES
+from gcodesim.nc.program import AXES, PLANES, Turning
 
 MAX_STEPS = 100_000
 """Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
@@ -152,6 +152,9 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
     if number in TAPPING and not state.modal.spindle_turns and not state.codes.rigid_tapping:
         code = f"G{number // 10}"
         raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
+    if number in TAPPING:
+        # With M29 the cycle turns the spindle itself.
+        state.recorder.turn(Turning.MAY_TURN)
     if _is_shifted(state, number) and state.codes.cycle_return == G.RETURN_TO_R:
         raise block.error("cycle_return_unusable", "G87 under G99", "G87")
 

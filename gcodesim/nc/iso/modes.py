@@ -7,7 +7,7 @@ from gcodesim.nc.control.modal import CutterSide, Spindle
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
-from gcodesim.nc.program import FeedMode, Kind, Plane
+from gcodesim.nc.program import FeedMode, Kind, Plane, Turning
 
 FEED_MODES = {
     G.INVERSE_TIME: FeedMode.INVERSE_TIME,
@@ -63,7 +63,7 @@ def set_surface_speed(state: IsoState, block: Block, number: int) -> None:
 
 def set_spindle(state: IsoState, block: Block, number: int) -> None:
     """M3 M4 M5 M19."""
-    state.modal.spindle = SPINDLES[number]
+    state.turn_spindle(SPINDLES[number])
 
 
 def set_rigid_tapping(state: IsoState, block: Block, number: int) -> None:
@@ -152,6 +152,8 @@ def listed_m(state: IsoState, block: Block, number: int) -> None:
 
 def _listed(state: IsoState, code: str, effect: str) -> None:
     state.ignored[code] += 1
+    if code[0] == "M":
+        state.recorder.turn(Turning.MAY_TURN)
     if effect == "stop":
         state.emit(Kind.STOP)
 
@@ -163,3 +165,4 @@ def unknown_m(state: IsoState, block: Block, number: int) -> None:
     if code not in (known.split()[0] for known in state.unsupported):
         state.unsupported.append(f"{code} line {block.line}")
     state.report("unknown_m", what, code, subject=code)
+    state.recorder.turn(Turning.MAY_TURN)

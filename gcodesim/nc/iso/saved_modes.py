@@ -64,6 +64,7 @@ def put_back(state: IsoState, block: Block, saved: SavedModes) -> None:
         raise _refusal(state, block)
     for name, value in zip(MODES, saved.modal, strict=True):
         setattr(modal, name, value)
+    state.turn_spindle(modal.spindle)
     for name, value in zip(CODES, saved.codes, strict=True):
         setattr(codes, name, value)
     if (codes.work_offset, codes.offset) != saved.offset:
