@@ -1,5 +1,5 @@
 %
-O1036 (expect: INCONCLUSIVE GC427 cutter-blank N90) (setup: raw_part.yaml)
+O1036 (expect: INCONCLUSIVE GC426 cutter-blank N90) (setup: raw_part.yaml)
 (A RAPID THROUGH THE STOCK, WHICH KEEPS ITS SHAPE HERE: WAS IT CUT AWAY)
 N10 G21 G17 G40 G49 G80
 N20 G90 G94 G54

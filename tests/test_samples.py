@@ -33,7 +33,7 @@ SHOWN = {
     "GC402",
     "GC405",
     "GC420",
-    "GC427",
+    "GC426",
 }
 EXPECT = re.compile(r"\(expect: (PASS|FAIL|INCONCLUSIVE)((?: [\w-]+)*)\)")
 PS_PER_MS = 1_000_000_000

@@ -55,7 +55,7 @@ def test_one_way_that_hits_makes_it_inconclusive_and_names_the_key():
     result = check(dive, length_change="both")
     assert result.verdict == "inconclusive"
     assert taken(result) == {"length_change": ("next_move", "fail")}
-    (finding,) = [f for f in result.findings if f.code == "GC426"]
+    (finding,) = [f for f in result.findings if f.code == "GC427"]
     assert finding.message.startswith(
         "length_change: next_move gives PASS, at_once gives a contact"
     )

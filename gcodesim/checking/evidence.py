@@ -127,7 +127,7 @@ def _in_stock(contact: Contact, path: Path) -> Finding:
     message = f"{_part_name(contact, 0)} is in {_part_name(contact, 1)} here, "
     message += "unless it was cut away before: the stock keeps its shape"
     return Finding(
-        "GC427",
+        "GC426",
         message,
         "stock_keeps_shape",
         line=first.line or None,

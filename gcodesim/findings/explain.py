@@ -47,10 +47,10 @@ ADVICE: dict[str, str] = {
     "GC423": "The operator moves the machine here; that cannot be checked from the program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
-    "GC426": "Controls read this in several ways, with different verdicts: look up the parameter, "
-    "and write the key under `control:` in the machine file.",
-    "GC427": "The stock is not cut away here: look whether the material is gone by then, or check "
+    "GC426": "The stock is not cut away here: look whether the material is gone by then, or check "
     "against the finished part (`role: part`).",
+    "GC427": "Controls read this in several ways, with different verdicts: look up the parameter, "
+    "and write the key under `control:` in the machine file.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC431": "Correct H, unless the length of this tool is kept under another number on purpose.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",

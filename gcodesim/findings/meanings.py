@@ -140,11 +140,11 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
     "pairs_missing": ("GC430", "give links a shape, and name pairs or leave `pairs` out"),
     "path_tolerance_missing": ("GC430", "ask the builder how far the control rounds corners"),
     "reference_out_of_travel": ("GC301", "the reference position, or the travel, is wrong"),
-    "reading_matters": ("GC426", "write the key under `control:` in the machine file"),
+    "reading_matters": ("GC427", "write the key under `control:` in the machine file"),
     "rest": ("GC502", "correct shapes, joints or start; or `allow` the pair, with a reason"),
     "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
     "stock_keeps_shape": (
-        "GC427",
+        "GC426",
         "the material may be cut away by then: that is not followed yet",
     ),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),

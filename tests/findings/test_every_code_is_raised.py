@@ -110,12 +110,12 @@ LANGUAGE = [
     Case("GC424", "G0 X1\nX2\nX3", options=gcodesim.Options(device="cpu", max_blocks=3)),
     Case("GC425", "G0 X#7"),
     Case(
-        "GC426",
+        "GC427",
         "G0 X-60\nG0 X60 Z-30",
         machine=(("work:", "control: {rapids: both}\nwork:"),),
         bodies=block("fixture"),
     ),
-    Case("GC427", "G0 Z-25", bodies=block("stock")),
+    Case("GC426", "G0 Z-25", bodies=block("stock")),
     Case("GC430", "G1 X10 F100"),
     Case("GC431", "T1 M6\nG43 H2"),
 ]
