@@ -121,6 +121,9 @@ def _tool_mount(
     if name in file.links:
         text = f"a link is named {name} too: give `mounted` another `name`"
         raise source.error(text, "tool", "mounted", "name")
+    if mounted and mounted.flute and mounted.flute > mounted.length:
+        text = f"{mounted.flute:g} mm is longer than the tool, whose `length` is {mounted.length:g}"
+        raise source.error(text, "tool", "mounted", "flute")
     return ToolMount(
         name=name,
         link=spec.link,

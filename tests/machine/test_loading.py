@@ -124,6 +124,8 @@ MISTAKES = {
     "work link": ("{link: C", "{link: W", 19, "work.link", "unknown link 'W'"),
     "offset name": ("G54: {Z", "G60: {Z", 19, "work.offsets.G60", "G54 ... G59"),
     "tool named as link": ("name: cutter", "name: X", 18, "tool.mounted.name", "a link is named X"),
+    "flute longer than the tool": ("name: cutter", "flute: 999, name: cutter", 18,
+                                   "tool.mounted.flute", "longer than the tool"),
     "no yaml": ("name: tiny", "name: [", 3, "", "no valid YAML"),
 }  # fmt: skip
 
