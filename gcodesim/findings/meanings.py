@@ -23,10 +23,14 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "unknown_word": ("GC402", "the machine file has no such axis; add it or ignore_words"),
     "other_language": ("GC403", "name the control with --dialect, or post for this one"),
     "macro_unsupported": ("GC402", "o-words belong to linuxcnc, and only CALL takes a value"),
+    "same_group_open": ("GC402", "write two blocks, or give control: {same_group: last | alarm}"),
     "parameter_unknown": ("GC402", "gcodesim does not know what the control keeps there"),
     "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),
     # Arcs.
     "arc_no_center": ("GC404", "an arc needs R or both centre words of its plane"),
+    "arc_no_centre_open": ("GC402", "give control: {arc_no_centre: line | alarm}"),
+    "arc_r_no_end_open": ("GC402", "give control: {arc_r_no_end: none | alarm}"),
+    "arc_normal_word_open": ("GC402", "give control: {arc_normal_word: ignored | error}"),
     "arc_radius_too_small": ("GC404", "R must reach half the distance from start to end"),
     "arc_end_equals_start": ("GC404", "an R arc needs an end point; a full circle takes I J K"),
     "arc_radius_mismatch": ("GC404", "start and end must lie equally far from the centre"),
@@ -41,6 +45,8 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "feed_per_rev_no_spindle": ("GC405", "G95 needs a spindle speed: give S above 0"),
     # Offsets, tools, reference points.
     "g53_incremental": ("GC401", "G53 takes machine coordinates, so it needs G90"),
+    "g53_incremental_open": ("GC402", "give control: {g53_incremental: ignored | incremental}"),
+    "g53_ignored": ("GC430", "the block moves nothing; G53 needs G90"),
     "offset_not_found": ("GC409", "give the work offset in the setup file"),
     "reference_not_found": ("GC409", "give the axis in the machine file under reference:"),
     "tool_not_found": ("GC409", "the tools file has no such number"),
@@ -87,6 +93,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "corner_too_large": ("GC404", "the corner must fit between the two blocks, above 0"),
     # Canned cycles.
     "cycle_word_missing": ("GC408", "a cycle needs R and the depth once, pecks and shifts need Q"),
+    "cycle_pecks_open": ("GC402", "give the depth of a peck: one stroke or an alarm, by control"),
     "cycle_r_below_z": ("GC408", "R lies above the bottom of the hole"),
     "cycle_q_not_positive": ("GC408", "Q must be above 0"),
     "cycle_return_unusable": ("GC408", "back boring leaves upwards: use G98"),
@@ -107,6 +114,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "g28_without_axes": ("GC430", "every axis goes to the reference point"),
     "spindle_off_feed": ("GC430", "reported once; start the spindle with M3 or M4 before"),
     "dialect_told": ("GC430", "--dialect, or the machine file, may name another"),
+    "same_group_last": ("GC430", "the last code of a group counts on this control"),
     "exact_path_assumed": ("GC430", "gcodesim follows the exact path; a control rounds corners"),
 }
 """What the blocks of a program can be refused for, or make worth knowing."""

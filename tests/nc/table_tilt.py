@@ -15,7 +15,7 @@ MEANINGS = {
     "alignment_choice": "G68.2 J30\nG53.1 P3",
     "five_axis_conflict": "G54.2 P1\nG43.4 H1",
     "table_offset_turned": "G56\nG54.2 P1",
-    "measured_on_tips": "G43.4 H1\nG10 L20 P1 X0",
+    "measured_on_tips": "G43.4 H1\nG10 L10 P1 Z0",
     "direction_zero": "G43.5 H1\nG0 X1 I0 J0 K0",
     "orientation_out_of_travel": "G43.5 H1\nG0 X1 I0 J1 K-1",
 }

@@ -21,6 +21,14 @@ def path(meaning, axes=(0, 1, 2), behind=2):
     return rows
 
 
+def test_a_cycle_drills_upwards_where_its_bottom_lies_above_its_r_level(control):
+    meaning = interpret(
+        "S500 M3 F100 G19\nG0 X0 Y0 Z20\nG98 G83 X50 R10 Q30\nG80\nM30", control()
+    )
+    assert not meaning.stopped, meaning.findings
+    assert path(meaning, (0,)) == ["R 10", "F 40", "R 10", "R 39.746", "F 50", "R 0"]
+
+
 @pytest.mark.parametrize(
     ("dialect", "block", "steps"),
     [
@@ -79,9 +87,15 @@ def test_other_planes_drill_along_their_normal(plane, hole, axes, control):
 def test_words_are_kept_until_the_cycle_ends(control):
     text = HEAD + "G99 G81 X10 Z-5 R2 K0\nX20\nZ-6\nR3\nX30\nG80\nX40\nM30"
     holes = ["R 20 0 20", "R 20 0 2", "F 20 0 -5", "R 20 0 2"]
-    holes += ["F 20 0 -6", "R 20 0 2", "R 20 0 3", "R 30 0 3", "F 30 0 -6", "R 30 0 3"]
-    meaning = interpret(text, control())
-    assert path(meaning) == [*holes, "R 40 0 3"]
+    holes += ["F 20 0 -6", "R 20 0 2"]
+    last = ["R 30 0 3", "F 30 0 -6", "R 30 0 3", "R 40 0 3"]
+    usual, axis, place = (
+        path(interpret(text, control(cycle_drills=reading)))
+        for reading in ("axis_or_r", "axis", "xy")
+    )
+    assert usual == [*holes, "R 20 0 3", "F 20 0 -6", "R 20 0 3", *last]
+    assert axis == [*holes, "R 20 0 3", *last]
+    assert place == [*holes[:4], "R 20 0 3", *last]
     assert interpret(text, control("linuxcnc")).findings[-1].meaning == "axis_without_motion"
 
 

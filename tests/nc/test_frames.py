@@ -30,7 +30,10 @@ CASES = {
     "L2 in G91 adds": ("G55\nG91 G10 L2 P0 X5\nG90 G0 X0 Y0 Z0", (105, 50, 10)),
     "L2 of an offset the setup lacks": ("G10 L2 P9 Z3\nG59.3 G0 Z1", (0, 0, 4)),
     "L20 above P9 is additional": ("G10 L20 P11 X5\nG54.1 P11\nG0 X1", (6, 0, 0)),
-    "L20": ("G0 X10\nG10 L20 P1 X3\nG0 X4", (11, 0, 0)),
+    "L20 is additional": ("G0 X10\nG10 L20 P1 X3\nG54.1 P1 G0 X4", (7, 0, 0)),
+    "L2 P0 is added to every offset": ("G10 L2 P0 X5\nG0 X1\nG10 L2 P1 Y2\nG0 Y0", (6, 2, 0)),
+    "G54 P of Fanuc": ("G10 L20 P1 X3\nG54 P1\nG0 X4", (7, 0, 0)),
+    "G92.1 of Fanuc": ("G0 X5\nG92 X0\nG92.1 X0\nG0 X1", (1, 0, 0)),
     "L10 of Fanuc is a length": ("G10 L10 P1 R30\nG10 L11 P1 R.5\nG43 H1 G0 Z0", (0, 0, 30.5)),
     "G31 goes to the end": ("G31 X5 F100", (5, 0, 0)),
 }

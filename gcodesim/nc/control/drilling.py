@@ -60,12 +60,16 @@ class Hole(NamedTuple):
         kept: letter of a column -> length [mm], or kind of motion, that changes nothing: a line
             with another one needs the language itself, as does one with a letter that is neither
             here nor a place.
+        drills: letters of which a line has one where it makes a hole.
+        is_upward: the bottom lies above the level of approach.
     """
 
     steps: Sequence[Step]
     level: float | None
     counted: int = 1
     kept: Mapping[str, float] = MappingProxyType({})
+    drills: frozenset[str] = frozenset("XYZABC")
+    is_upward: bool = False
 
 
 def drill(state: State, hole: Hole, point: list[float]) -> None:
@@ -77,7 +81,7 @@ def drill(state: State, hole: Hole, point: list[float]) -> None:
         point: program point; the coordinate of the depth axis is not used.
     """
     depth = PLANES[state.modal.plane][2]
-    if hole.level is not None and state.point[depth] < hole.level:
+    if hole.level is not None and _is_past(hole, hole.level, state.point[depth]):
         _along(state, depth, RAPID, hole.level)
     point = point.copy()
     point[depth] = state.point[depth]
@@ -92,6 +96,16 @@ def drill(state: State, hole: Hole, point: list[float]) -> None:
             _along(state, depth, RAPID, step.level)
         else:
             _stand_or_shift(state, step)
+
+
+def _is_past(hole: Hole, approach: float, level: float) -> bool:
+    """Tell whether a level is nearer to the bottom than that of the approach."""
+    return level > approach if hole.is_upward else level < approach
+
+
+def turned_over(step: Step) -> Step:
+    """Return a step of a hole along the other way of the depth axis."""
+    return type(step)(-step.level) if isinstance(step, RapidTo | FeedTo) else step
 
 
 def _along(state: State, depth: int, kind: Kind, level: float) -> None:

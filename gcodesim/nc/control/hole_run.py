@@ -35,7 +35,7 @@ class Pattern:
 def pattern_of(state: State, hole: Hole) -> Pattern | None:
     """Return what every next hole does, None where they may differ or leave the depth axis."""
     w = PLANES[state.modal.plane][2]
-    if state.frames.joined > w or hole.level is None:
+    if state.frames.joined > w or hole.level is None or hole.is_upward:
         return None
     shift = state.frames.shift
     level, position = start = state.point[w], state.position[w]
@@ -84,7 +84,7 @@ class HoleRun(PlainRun):
         super().__init__(state, columns, begin, end)
         self.pattern = pattern
         self.motion = np.full(self.count, -1.0)
-        self.moves = self._any(letter for _, letter in self.axes)
+        self.moves = self._any(letter for letter in self.has if letter in pattern.hole.drills)
         depth = PLANES[state.modal.plane][2]
         self.axes = [(i, letter) for i, letter in self.axes if i != depth]
 

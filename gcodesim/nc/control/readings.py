@@ -88,6 +88,16 @@ class Readings:
     arc: ArcTolerance = field(
         default_factory=ArcTolerance, metadata={"meaning": "tolerances of arc words", "rules": {}}
     )
+    arc_no_centre: Literal["open", "line", "alarm"] = _key(
+        "arc with neither R nor centre words: not known, a straight line, or an alarm", "open"
+    )
+    arc_r_no_end: Literal["open", "none", "alarm"] = _key(
+        "arc with R that ends where it starts: not known, no motion, or an alarm", "open"
+    )
+    arc_normal_word: Literal["zero", "ignored", "error"] = _key(
+        "centre word along the normal of the plane: harmless where it is 0, never read, an error",
+        "zero",
+    )
     comma_corners: bool = _key("`,R` and `,C` round and chamfer the corner after a block", True)
     feed_forgotten: Literal["change", "always"] = _key(
         "G93 G94 G95 forget F where they change the mode, or always", "change"
@@ -95,11 +105,52 @@ class Readings:
     h0: Literal["cancel", "spindle"] = _key(
         "length of G43 H0: none, or that of the tool in the spindle", "cancel"
     )
+    h_in_any_block: bool = _key(
+        "H without G43 changes the length in force, and D may stand anywhere", True
+    )
+    length_without_h: Literal["last", "last_or_spindle", "spindle"] = _key(
+        "length of G43 without H: of the last H, where there was none of row 0 or of the tool in "
+        "the spindle; or always of the tool in the spindle",
+        "last",
+    )
+    same_group: Literal["last", "alarm", "open"] = _key(
+        "several G codes of one group in a block: the last counts, an alarm, or not known", "last"
+    )
+    g53_incremental: Literal["ignored", "incremental", "stop", "open"] = _key(
+        "G53 under G91: the block does nothing, moves by its words, is an alarm, or is not known",
+        "ignored",
+    )
+    g10_l2_p0: Literal["external", "active"] = _key(
+        "G10 L2 P0 sets what is added to every work offset, or the active one", "external"
+    )
+    cycle_drills: Literal["axis", "axis_or_r", "xy"] = _key(
+        "blocks under a cycle that drill: with an axis word, also with R alone, or with X or Y "
+        "(and the block of the cycle itself)",
+        "axis_or_r",
+    )
+    cycle_rotary: Literal["first", "error"] = _key(
+        "A, B and C in a block of a cycle: turned before the hole is drilled, or an error", "first"
+    )
+    cycle_repeats: Literal["L", "K", "L_or_K"] = _key(
+        "letter that repeats the hole of a block", "L_or_K"
+    )
+    cycle_q: Literal["signed", "unsigned"] = _key(
+        "Q of cycles: above 0, or a size whose sign is not read, which the next cycle keeps",
+        "unsigned",
+    )
+    cycle_upward: Literal["drills", "alarm"] = _key(
+        "a cycle whose bottom lies above its R level: drills from R to the bottom, or an alarm",
+        "drills",
+    )
+    peck_words: Literal["q", "ijk"] = _key(
+        "pecks: Q only; or also I first, J less each time, K least, and G73 with Q and K", "q"
+    )
+    tapping_starts_spindle: bool = _key("G74 and G84 start the spindle themselves", False)
     g10_in_g91: Literal["adds", "replaces"] = _key("words of G10 L2 under G91", "adds")
     g10_l20: Literal["above_9", "additional", "solved"] = _key(
         "P of G10 L20 names an additional offset, which its words set: above P9, or every P; or "
         "always a work offset, with which the current point reads the words",
-        "above_9",
+        "additional",
     )
     g10_tool_r: Literal["length", "ignored"] = _key(
         "R of G10 L1 L10 L11: the tool's length or wear, or nothing", "length"
@@ -161,7 +212,16 @@ ROWS: dict[str, Readings] = {
         length_after_reference=BOTH,
         dwell_p="point",
         r_and_ijk="error",
-        g10_l20="additional",
+        arc_no_centre="alarm",
+        arc_r_no_end="none",
+        arc_normal_word="ignored",
+        length_without_h="last_or_spindle",
+        same_group="open",
+        g53_incremental="open",
+        cycle_drills="xy",
+        cycle_repeats="L",
+        peck_words="ijk",
+        tapping_starts_spindle=True,
         m98_p="number",
         macros="haas",
     ),
@@ -176,6 +236,18 @@ ROWS: dict[str, Readings] = {
         comma_corners=False,
         feed_forgotten="always",
         h0="spindle",
+        arc_no_centre="alarm",
+        arc_r_no_end="alarm",
+        arc_normal_word="error",
+        h_in_any_block=False,
+        length_without_h="spindle",
+        same_group="alarm",
+        g53_incremental="stop",
+        g10_l2_p0="active",
+        cycle_drills="axis",
+        cycle_rotary="error",
+        cycle_q="signed",
+        cycle_upward="alarm",
         g10_in_g91="replaces",
         g10_l20="solved",
         g10_tool_r="ignored",

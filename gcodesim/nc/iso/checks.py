@@ -10,7 +10,7 @@ from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.code_rows import Group, Order, Row
 from gcodesim.nc.iso.g_codes import G, motion_code
 from gcodesim.nc.iso.memory import IsoState
-from gcodesim.nc.iso.words import WORDS
+from gcodesim.nc.iso.words import OFFSET_WORDS, WORDS
 
 AXIS_LETTERS = frozenset("XYZABCUVW")
 ALWAYS_USED = frozenset("NOFST")
@@ -90,11 +90,23 @@ class Checks:
             block.moves = bool(axis_words or turns or (vectors and free & VECTOR_WORDS))
             kept = active.group is Group.CYCLE and bool(free & CYCLE_WORDS)
             others += [active] if block.moves or motion or kept else []
+        others += self._offset_words(block, others)
         unclaimed = "unused_word" if takers else "axis_without_motion"
         self._check_words(block, others, unclaimed, VECTOR_WORDS if vectors else frozenset())
         others += [motion] if takers and motion else []
         others += [row for letter, row in WORDS.items() if letter in block.values]
         return sorted(others, key=lambda row: row.order)
+
+    def _offset_words(self, block: Block, rows: list[Row]) -> list[Row]:
+        """Return the rows of H and D that no code takes, where they may stand in any block."""
+        if not self.state.control.readings.h_in_any_block:
+            return []
+        taken = "".join(row.words for row in rows)
+        return [
+            row
+            for letter, row in OFFSET_WORDS.items()
+            if letter in block.values and letter not in taken
+        ]
 
     def _active(self, rows: list[Row]) -> Row:
         """Return the row of the motion code in force, of a block with these rows of its own."""
@@ -121,18 +133,36 @@ class Checks:
         if any(row.order is Order.MOTION for row in rows):
             # G80 beside another motion code: the other code ends the cycle, or begins one.
             rows = [row for row in rows if row.number != G.CYCLE_OFF or row.letter != "G"]
-        groups: dict[Group, Row] = {}
-        for row in rows:
-            group = Group.MOTION if row.group is Group.CYCLE else row.group
-            first = groups.setdefault(group, row)
-            if first is not row and group is not Group.NONE:
-                what = f"{first.name} and {row.name} are of one group"
-                raise block.error("modal_conflict", what, row.name)
         for row in rows:
             if row.refused:
                 self.state.unsupported.append(f"{row.name} line {block.line}")
                 raise block.error("unknown_g", f"{row.name} ({row.refused})", row.name)
+        return self._one_of_each_group(block, rows)
+
+    def _one_of_each_group(self, block: Block, rows: list[Row]) -> list[Row]:
+        """Return the rows that count where several are of one group."""
+        groups: dict[Group, Row] = {}
+        for row in rows:
+            group = Group.MOTION if row.group is Group.CYCLE else row.group
+            first = groups.get(group)
+            if first is not None and group is not Group.NONE and first is not row:
+                self._settle(block, first, row)
+                rows = [other for other in rows if other is not first]
+            groups[group] = row
         return rows
+
+    def _settle(self, block: Block, first: Row, second: Row) -> None:
+        """Say which of two codes of one group counts, or refuse them.
+
+        A code that acts in its block alone has no mode that a later one could replace.
+        """
+        reading = self.state.control.readings.same_group
+        what = f"{first.name} and {second.name} are of one group"
+        if reading == "alarm" or second.letter != "G" or second.group is Group.ONE_SHOT:
+            raise block.error("modal_conflict", what, second.name)
+        if reading == "open":
+            raise block.error("same_group_open", what, second.name)
+        self.state.report("same_group_last", what, second.name, subject=what)
 
     def _takes_vectors(self, block: Block) -> bool:
         """Tell whether a straight move takes I J K as the direction of the tool (G43.5)."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from gcodesim.constants import SAME_LEVEL_MM
+from gcodesim.nc.control import moves
 from gcodesim.nc.control.columns import CENTRE_WORDS, MOTION
 from gcodesim.nc.control.drilling import (
     Dwell,
@@ -16,23 +17,32 @@ from gcodesim.nc.control.drilling import (
     Shift,
     Step,
     drill,
+    turned_over,
 )
-from gcodesim.nc.control.modal import Motion
+from gcodesim.nc.control.modal import Motion, Spindle
 from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.code_rows import Group
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.modes import dwell_seconds
 from gcodesim.nc.iso.motion import target
-from gcodesim.nc.program import AXES, PLANES, Turning
-
-MAX_STEPS = 100_000
-"""Holes of a block, or pecks of a hole, above which a block is refused: it would fill memory."""
+from gcodesim.nc.iso.pecks import MAX_STEPS, peck_depths
+from gcodesim.nc.program import AXES, PLANES, Kind, Turning
 
 KEPT = "RQPIJ"
 """Words a cycle keeps for its next holes, besides the depth; K and L count holes of one block."""
 
 PECKED = (G.CHIP_BREAKING, G.LEFT_TAPPING, G.PECKING, G.TAPPING)
 """Cycles that reach the bottom by pecks of Q."""
+
+PLACE, ROTARY = frozenset("XY"), frozenset("ABC")
+
+DRILLS = {
+    "axis": frozenset("XYZABC"),
+    "axis_or_r": frozenset("XYZABCR"),
+    "xy": PLACE | {MOTION},
+}
+"""Readings.cycle_drills -> columns of which a block has one where it makes a hole."""
 
 TAPPING = (G.LEFT_TAPPING, G.TAPPING)
 
@@ -48,6 +58,7 @@ class HoleWords(NamedTuple):
         initial: depth-axis value when the cycle became modal.
         out: level the hole is left to.
         depths: levels of the pecks, the last one the bottom.
+        clearing: after this way of chip breaking out to R [mm], 0 = never.
         q: peck depth or shift [mm], 0 when not given.
         back_off: how far above the last depth pecks stop [mm].
         way: off the wall, along the two axes of the plane.
@@ -59,6 +70,7 @@ class HoleWords(NamedTuple):
     initial: float
     out: float
     depths: list[float]
+    clearing: float
     q: float
     back_off: float
     way: tuple[float, float]
@@ -79,14 +91,22 @@ def run_cycle(state: IsoState, block: Block, number: int) -> None:
         codes.cycle_words = {}
         codes.initial = state.point[PLANES[modal.plane][2]]
     if codes.cycle != number:
-        codes.cycle_words = {k: v for k, v in codes.cycle_words.items() if k in "RZ"}
+        kept = "RZQ" if state.control.readings.cycle_q == "unsigned" else "RZ"
+        codes.cycle_words = {k: v for k, v in codes.cycle_words.items() if k in kept}
     codes.cycle, modal.drilling = number, True
     if state.control.readings.g80 == "motion":
         modal.motion = Motion.NONE
     _keep_words(state, block)
     repeats = _repeats(state, block, number)
-    if not block.moves or not repeats:
+    if not repeats:
         return
+    if not _drills(state, block):
+        if block.values.keys() & ROTARY:
+            moves.straight(state, Kind.RAPID, _beside(state, block))
+        return
+    if number in TAPPING and state.control.readings.tapping_starts_spindle:
+        right = number == G.TAPPING
+        state.modal.spindle = Spindle.CLOCKWISE if right else Spindle.COUNTER_CLOCKWISE
     _check_words(state, block, number)
     hole = _hole(state, block, number, repeats)
     state.holes += repeats * hole.counted
@@ -94,20 +114,41 @@ def run_cycle(state: IsoState, block: Block, number: int) -> None:
         drill(state, hole, target(state, block))
 
 
+def _drills(state: IsoState, block: Block) -> bool:
+    """Tell whether a hole is made at the place the block names."""
+    reading, letters = state.control.readings.cycle_drills, block.values.keys()
+    own = reading == "xy" and any(row.group is Group.CYCLE for row in block.rows)
+    if reading == "xy":
+        return own or bool(letters & PLACE)
+    return block.moves or (reading == "axis_or_r" and "R" in letters)
+
+
+def _beside(state: IsoState, block: Block) -> list[float]:
+    """Return the point a block names, on the level where the tool stands."""
+    point, depth = target(state, block), PLANES[state.modal.plane][2]
+    point[depth] = state.point[depth]
+    return point
+
+
 def _keep_words(state: IsoState, block: Block) -> None:
     """Keep lengths in mm and the dwell in seconds, as they were meant when they were read."""
     codes, values = state.codes, block.values
     depth = AXES[PLANES[state.modal.plane][2]]
-    if rotary := next((letter for letter in "ABC" if letter in values), ""):
+    readings = state.control.readings
+    rotary = next((letter for letter in "ABC" if letter in values), "")
+    if rotary and readings.cycle_rotary == "error":
         raise block.error("rotary_in_cycle", f"{rotary} in a cycle block", rotary)
     for letter in KEPT:
         if letter in values:
             codes.cycle_words[letter] = values[letter] * state.scale
+    if "Q" in values and readings.cycle_q == "unsigned":
+        codes.cycle_words["Q"] = abs(codes.cycle_words["Q"])
     if "P" in values:
         codes.cycle_words["P"] = dwell_seconds(state, block, "P")
     if depth in values:
         codes.cycle_words["Z"] = values[depth] * state.scale
-    if _is_centred(state, codes.cycle) and "K" in values:
+    is_size = readings.peck_words == "ijk" or _is_centred(state, codes.cycle)
+    if is_size and "K" in values:
         codes.cycle_words["K"] = values["K"] * state.scale
 
 
@@ -124,7 +165,8 @@ def _is_shifted(state: IsoState, number: int) -> bool:
 def _repeats(state: IsoState, block: Block, number: int) -> int:
     """Return how many holes L or K of this block asks for."""
     centred = _is_centred(state, number)
-    letter = "L" if "L" in block.values else "K" if "K" in block.values and not centred else ""
+    letters = "" if centred else state.control.readings.cycle_repeats.replace("_or_", "")
+    letter = next((letter for letter in letters or "L" if letter in block.values), "")
     repeats = block.whole(letter) if letter else 1
     if repeats > MAX_STEPS:
         raise block.error("cycle_too_long", f"{repeats} holes", letter)
@@ -140,6 +182,12 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
     words, normal = state.codes.cycle_words, PLANES[state.modal.plane][2]
     centred = _is_centred(state, number)
     needed = f"ZR{CENTRE_WORDS[normal]}" if centred else NEEDED[number]
+    unsigned = state.control.readings.cycle_q == "unsigned"
+    if number in (G.CHIP_BREAKING, G.PECKING) and unsigned:
+        _check_pecks(state, block, number)
+        needed = "ZR"
+    elif number == G.FINE_BORING and state.control.readings.peck_words == "ijk":
+        needed = "ZR"
     for letter in needed:
         if letter not in words:
             name, code = AXES[normal] if letter == "Z" else letter, f"G{number // 10}"
@@ -159,6 +207,15 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
         raise block.error("cycle_return_unusable", "G87 under G99", "G87")
 
 
+def _check_pecks(state: IsoState, block: Block, number: int) -> None:
+    """Refuse pecks of no depth, which are one stroke on some controls and an alarm on others."""
+    words = state.codes.cycle_words
+    first = words.get("I") if state.control.readings.peck_words == "ijk" else None
+    if {"R", "Z"} <= words.keys() and not (first or words.get("Q")):
+        code = f"G{number // 10}"
+        raise block.error("cycle_pecks_open", f"{code} without the depth of a peck", code)
+
+
 def next_hole(state: IsoState) -> Hole | None:
     """Return what every next hole of the active cycle does, None where each needs a finding.
 
@@ -172,7 +229,8 @@ def next_hole(state: IsoState) -> Hole | None:
     block = Block("", 0, "")
     _check_words(state, block, codes.cycle)
     hole = _hole(state, block, codes.cycle, 1)
-    return hole._replace(kept=_kept_in_columns(state, codes.cycle))
+    drills = DRILLS[state.control.readings.cycle_drills]
+    return hole._replace(kept=_kept_in_columns(state, codes.cycle), drills=drills)
 
 
 def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
@@ -187,17 +245,30 @@ def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
     if state.modal.incremental:
         r += initial
         z += r
-    shifted = _is_shifted(state, number)
-    if z > r and not shifted:
-        raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
-    out = max(initial, r) if codes.cycle_return == G.RETURN_TO_START else r
     q, readings = kept.get("Q", 0.0), state.control.readings
-    depths = _peck_depths(block, r, z, q, repeats) if number in PECKED else [z]
+    shifted = _is_shifted(state, number)
+    upward = z > r and not shifted
+    if upward and readings.cycle_upward == "alarm":
+        raise block.error("cycle_r_below_z", f"bottom {z:g} mm, R level {r:g} mm", "R")
+    level = r
+    if upward:
+        # Worked out downwards, and turned over at the end.
+        r, z, initial = -r, -z, -initial
+    out = max(initial, r) if codes.cycle_return == G.RETURN_TO_START else r
+    pecks = kept if readings.peck_words == "ijk" else {"Q": q}
+    pecks = pecks if number in (G.CHIP_BREAKING, G.PECKING) else {"Q": q}
+    depths = peck_depths(block, r, z, pecks, repeats) if number in PECKED else [z]
+    clears = number == G.CHIP_BREAKING and readings.peck_words == "ijk" and "I" not in kept
+    clearing = kept.get("K", 0.0) if clears else 0.0
     way, dwell = SHIFTS[readings.bore_shift], Dwell(kept.get("P", 0.0))
-    words = HoleWords(r, z, initial, out, depths, q, readings.peck_backoff, way, dwell)
+    words = HoleWords(r, z, initial, out, depths, clearing, q, readings.peck_backoff, way, dwell)
     steps = _back_bore_centred(state, words) if _is_centred(state, number) else STEPS[number](words)
-    counted = 1 + (int((r - z) / q) if number in PECKED and q else 0)
-    return Hole(steps, None if shifted else r, counted)
+    counted = (
+        len(depths) if "I" in pecks else 1 + (int((r - z) / q) if number in PECKED and q else 0)
+    )
+    if upward:
+        steps = [turned_over(step) for step in steps]
+    return Hole(steps, None if shifted else level, counted, is_upward=upward)
 
 
 def _kept_in_columns(state: IsoState, number: int) -> dict[str, float]:
@@ -205,21 +276,6 @@ def _kept_in_columns(state: IsoState, number: int) -> dict[str, float]:
     words, depth = state.codes.cycle_words, AXES[PLANES[state.modal.plane][2]]
     kept = {letter: words[letter] for letter in "QR" if letter in words}
     return {**kept, depth: words["Z"], MOTION: number / 10}
-
-
-def _peck_depths(block: Block, r: float, z: float, q: float, repeats: int) -> list[float]:
-    """Return the levels of the pecks, the last one the bottom."""
-    if not q:
-        return [z]
-    count = repeats * (r - z) / q
-    if q < 0 or count > MAX_STEPS:
-        raise block.error("cycle_too_long", f"{count:.3g} pecks", "Q")
-    depths = []
-    depth = r - q
-    while depth > z + SAME_LEVEL_MM:
-        depths.append(depth)
-        depth -= q
-    return [*depths, z]
 
 
 def _drill(words: HoleWords) -> list[Step]:
@@ -239,8 +295,14 @@ def _peck(words: HoleWords) -> list[Step]:
 def _break_chips(words: HoleWords) -> list[Step]:
     """G73: up by the back-off between pecks."""
     steps: list[Step] = []
+    cleared = words.r
     for depth in words.depths[:-1]:
-        steps += [FeedTo(depth), RapidTo(depth + words.back_off)]
+        steps.append(FeedTo(depth))
+        if words.clearing and cleared - depth >= words.clearing - SAME_LEVEL_MM:
+            cleared = depth
+            steps += [RapidTo(words.r), RapidTo(min(depth + words.back_off, words.r))]
+        else:
+            steps.append(RapidTo(depth + words.back_off))
     return [*steps, FeedTo(words.depths[-1]), words.dwell, RapidTo(words.out)]
 
 

@@ -48,6 +48,7 @@ class Codes:
         cycle_words: words the cycle keeps, lengths in mm and P in seconds; Z is the depth.
         initial: depth-axis value when the cycle became modal [mm].
         compensation, length, cycle_return, work_offset: codes of their groups.
+        length_entry: row of the tool table that H named last, None before the first H.
         tip: code that switched tool centre point control on, 0 when it is off.
         offset: number of the active work offset, 1 = G54, 101.. = G54.1 P1..
         polar: words of the plane are radius and angle.
@@ -60,6 +61,7 @@ class Codes:
     initial: float = 0.0
     compensation: int = G.COMPENSATION_OFF
     length: int = G.LENGTH_OFF
+    length_entry: int | None = None
     tip: int = 0
     cycle_return: int = G.RETURN_TO_START
     work_offset: int = G.WORK_OFFSET

@@ -52,6 +52,7 @@ class IsoState(State):
         codes: modal codes that only this language knows.
         work: the work offset in force.
         g92: offset of G92 or G52 in force; g92_kept: what G92.2 laid aside for G92.3.
+        external: what is added to every work offset [mm, deg].
         mirrors: axis index -> coordinate of the mirror plane [mm].
         is_length_cancelled: the length axis has stood at the reference point or in machine
             coordinates since the tool length came into force; some controls cancel it there.
@@ -66,6 +67,7 @@ class IsoState(State):
         self.codes = Codes(cycle_return=G.RETURN_TO_START if to_start else G.RETURN_TO_R)
         self.g92: list[float] = list(ZERO)
         self.g92_kept: list[float] = list(ZERO)
+        self.external: list[float] = list(ZERO)
         self.mirrors: dict[int, float] = {}
         self.is_length_cancelled = False
         self.saved: list[SavedModes | None] = [None]

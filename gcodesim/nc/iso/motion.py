@@ -135,8 +135,7 @@ def straight(state: IsoState, block: Block, number: int) -> None:
         return
     kind = Kind.FEED if number else Kind.RAPID
     if block.has("G", G.MACHINE_COORDINATES):
-        moves.straight_to_axes(state, kind, _machine_target(state, block))
-        leave_length(state, axis_values(state, block))
+        _to_machine_point(state, block, kind)
         return
     edge = None
     if block.corner[0]:
@@ -145,10 +144,20 @@ def straight(state: IsoState, block: Block, number: int) -> None:
     moves.straight(state, kind, target(state, block), edge)
 
 
-def _machine_target(state: IsoState, block: Block) -> list[float]:
-    if state.modal.incremental:
-        raise block.error("g53_incremental", "G53 under G91", "G53")
-    return moves.machine_point(state, axis_values(state, block))
+def _to_machine_point(state: IsoState, block: Block, kind: Kind) -> None:
+    """G53: the words are axis positions; under G91 the control has a reading of its own."""
+    reading = state.control.readings.g53_incremental
+    if not state.modal.incremental:
+        point = moves.machine_point(state, axis_values(state, block))
+        moves.straight_to_axes(state, kind, point)
+        leave_length(state, axis_values(state, block))
+    elif reading == "ignored":
+        state.report("g53_ignored", "G53 under G91", "G53")
+    elif reading == "incremental":
+        moves.straight(state, kind, target(state, block))
+    else:
+        meaning = "g53_incremental" if reading == "stop" else "g53_incremental_open"
+        raise block.error(meaning, "G53 under G91", "G53")
 
 
 def arc(state: IsoState, block: Block, number: int) -> None:
@@ -162,8 +171,32 @@ def arc(state: IsoState, block: Block, number: int) -> None:
     end = target(state, block)
     turns = _turns(block)
     centre, radius = _centre(state, block)
+    if centre is None and not _needs_arc(state, block, end, radius):
+        moves.straight(state, Kind.FEED, end)
+        return
     clockwise = number == G.CLOCKWISE
     moves.arc(state, end, clockwise=clockwise, centre=centre, radius=radius, turns=turns)
+
+
+def _needs_arc(state: IsoState, block: Block, end: list[float], radius: float) -> bool:
+    """Tell whether there is an arc to trace, of a block without centre words.
+
+    Raises:
+        ProgramError: the reading leaves open what the control does.
+    """
+    readings = state.control.readings
+    if not radius and "R" not in block.values:
+        if readings.arc_no_centre == "alarm":
+            raise block.error("arc_no_center", "arc without centre")
+        if readings.arc_no_centre == "open":
+            raise block.error("arc_no_centre_open", "arc with neither R nor centre words")
+        return False
+    u, v, _ = PLANES[state.modal.plane]
+    if (end[u], end[v]) != (state.point[u], state.point[v]) or readings.arc_r_no_end == "alarm":
+        return True
+    if readings.arc_r_no_end == "open":
+        raise block.error("arc_r_no_end_open", "arc with R that ends where it starts", "R")
+    return False
 
 
 def _turns(block: Block) -> int:
@@ -185,12 +218,24 @@ def _centre(state: IsoState, block: Block) -> tuple[Point | None, float]:
     if "R" in words:
         raise block.error("arc_r_and_center", "R and centre words", "R")
     if CENTRE_WORDS[w] in given:
-        raise block.error("arc_wrong_center_word", CENTRE_WORDS[w], CENTRE_WORDS[w])
+        _check_normal_word(state, block, CENTRE_WORDS[w])
+        given.remove(CENTRE_WORDS[w])
     absolute = state.modal.centre_absolute
-    if not given or (absolute and len(given) < 2):
+    if not given:
+        return None, 0.0
+    if absolute and len(given) < 2:
         raise block.error("arc_no_center", "arc without centre")
     offset_u, offset_v = (words.get(CENTRE_WORDS[i], 0.0) * scale for i in (u, v))
     return (offset_u, offset_v) if absolute else (start[u] + offset_u, start[v] + offset_v), 0.0
+
+
+def _check_normal_word(state: IsoState, block: Block, letter: str) -> None:
+    """Refuse a centre word along the normal of the plane where it is, or may be, an error."""
+    reading = state.control.readings.arc_normal_word
+    if reading == "error":
+        raise block.error("arc_wrong_center_word", letter, letter)
+    if reading == "zero" and block.values[letter]:
+        raise block.error("arc_normal_word_open", f"{letter}{block.values[letter]:g}", letter)
 
 
 def store_reference(state: IsoState, block: Block, number: int) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gcodesim.nc.control.five_axes import end_plane
 from gcodesim.nc.control.frames import Level, apply
+from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.control.supply import WorkOffset
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
@@ -16,7 +17,10 @@ ADDITIONAL = 100
 
 
 def set_work_offset(state: IsoState, block: Block, number: int) -> None:
-    """G54 .. G59, G59.1 .. G59.3."""
+    """G54 .. G59, G59.1 .. G59.3; Fanuc takes G54 Pn for G54.1 Pn."""
+    if "P" in block.values and not _is_taken(block, "P", number):
+        set_additional_offset(state, block, number)
+        return
     index = number // 10 - 53 if number < G.WORK_OFFSET_9 else number - 584
     activate(state, block, index, number)
 
@@ -28,13 +32,23 @@ def set_additional_offset(state: IsoState, block: Block, number: int) -> None:
     activate(state, block, ADDITIONAL + block.whole("P"), number)
 
 
+def _is_taken(block: Block, letter: str, number: int) -> bool:
+    """Tell whether the word of a letter belongs to another code of the block, such as G4."""
+    return any(letter in row.words for row in block.rows if row.number != number)
+
+
+def set_haas_offset(state: IsoState, block: Block, number: int) -> None:
+    """G110 .. G129: G154 P1 .. P20."""
+    activate(state, block, ADDITIONAL + number // 10 - 109, number)
+
+
 def activate(state: IsoState, block: Block, index: int, number: int) -> None:
     """Put a work offset into force by its number, 1 = G54, and the code that asks for it."""
     offset, codes = state.offsets.get(index), state.codes
     if offset is None and index != 1:
         name = f"G54.1 P{index - ADDITIONAL}" if index > ADDITIONAL else f"G{number / 10:g}"
         raise block.error("offset_not_found", name, f"G{number / 10:g}")
-    offset = offset or WorkOffset()
+    offset = in_force(state, index)
     if state.modal.table_offset and any(offset.value[3:]):
         raise block.error("table_offset_turned", f"G{number / 10:g} under a table offset")
     codes.offset = index
@@ -45,6 +59,15 @@ def activate(state: IsoState, block: Block, index: int, number: int) -> None:
     codes.work_offset = number
     state.set_work(offset)
     state.emit(Kind.G5X, offset.value, aux=index)
+
+
+def in_force(state: IsoState, index: int) -> WorkOffset:
+    """Return a work offset with what is added to all of them."""
+    offset = state.offsets.get(index, WorkOffset())
+    if not any(state.external):
+        return WorkOffset(offset.value, offset.rotation)
+    x, y, z, a, b, c = (v + e for v, e in zip(offset.value, state.external, strict=True))
+    return WorkOffset((x, y, z, a, b, c), offset.rotation)
 
 
 def set_local_offset(state: IsoState, block: Block, number: int) -> None:
@@ -67,6 +90,44 @@ def cancel_g92(state: IsoState, block: Block, number: int) -> None:
     if number == G.CLEAR_G92:
         state.g92_kept = list(ZERO)
     state.set_g92(list(state.g92_kept) if number == G.RESTORE_G92 else list(ZERO))
+
+
+def preset(state: IsoState, block: Block, number: int) -> None:
+    """G92.1 of Fanuc: the axes named read as their stored work offset says; nothing moves."""
+    values = _needed(state, block, "G92.1")
+    _set_g92(state, [0.0 if i in values else old for i, old in enumerate(state.g92)])
+
+
+def scale(state: IsoState, block: Block, number: int, one: float = 1.0) -> None:
+    """G51: only a factor of 1 is followed."""
+    factors = [block.values[letter] for letter in "IJKP" if letter in block.values]
+    if not factors or any(factor != one for factor in factors):
+        raise unfollowed(state, block, "G51 scales the path")
+
+
+def scale_by_thousandths(state: IsoState, block: Block, number: int) -> None:
+    """G51 of Fanuc, which writes the factor 1 as 1000."""
+    scale(state, block, number, 1000.0)
+
+
+def wrap_on_cylinder(state: IsoState, block: Block, number: int) -> None:
+    """G7.1 G107: only with radius 0, which ends it."""
+    given = [v for letter, v in block.values.items() if letter in "XYZABCR"]
+    if any(given):
+        raise unfollowed(state, block, f"G{number / 10:g} winds the path on a cylinder")
+
+
+def set_setup_error(state: IsoState, block: Block, number: int) -> None:
+    """G54.4 P0 is harmless; any other P turns and shifts the part by values nothing gives."""
+    if block.values.get("P"):
+        raise unfollowed(state, block, "G54.4 takes its values from the control")
+
+
+def unfollowed(state: IsoState, block: Block, what: str) -> ProgramError:
+    """Return the refusal of what a code asks for, by its name."""
+    name = what.split()[0]
+    state.unsupported.append(f"{name} line {block.line}")
+    return block.error("unknown_g", what, name)
 
 
 def _set_g92(state: IsoState, value: list[float]) -> None:

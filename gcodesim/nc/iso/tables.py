@@ -9,7 +9,7 @@ from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
-from gcodesim.nc.iso.offsets import ADDITIONAL
+from gcodesim.nc.iso.offsets import ADDITIONAL, in_force
 from gcodesim.nc.program import ZERO, Frame, Kind
 
 FIXTURES = 9
@@ -19,7 +19,15 @@ FIXTURES = 9
 def set_table(state: IsoState, block: Block, number: int) -> None:
     """G10: L2 and L20 set work offsets, L1, L10 and L11 tools."""
     kind = block.values.get("L")
-    if kind in (2.0, 20.0):
+    by_radius = state.control.readings.g10_tool_r == "length"
+    if by_radius and "R" in block.values and kind in (None, 1.0):
+        kind = 11.0
+    if kind == 2.0 and block.values.get("P") == 0.0 and _is_external(state):
+        _set_external(state, block)
+    elif by_radius and kind in (12.0, 13.0):
+        # The diameter and its wear change no path that is followed.
+        _tool_number(block)
+    elif kind in (2.0, 20.0):
         _set_offset(state, block, solve=kind == 20.0)
     elif kind in (1.0, 10.0, 11.0):
         _set_tool(state, block, int(kind))
@@ -46,8 +54,26 @@ def _set_offset(state: IsoState, block: Block, *, solve: bool) -> None:
     offset = WorkOffset((new[0], new[1], new[2], new[3], new[4], new[5]), rotation)
     state.offsets[index] = offset
     if index == state.codes.offset:
-        state.set_work(offset)
-        state.emit(Kind.G5X, new, aux=index)
+        _renew(state)
+
+
+def _is_external(state: IsoState) -> bool:
+    return state.control.readings.g10_l2_p0 == "external"
+
+
+def _set_external(state: IsoState, block: Block) -> None:
+    """L2 P0: what is added to every work offset."""
+    adds = state.modal.incremental and state.control.readings.g10_in_g91 == "adds"
+    for i, value in axis_values(state, block).items():
+        state.external[i] = state.external[i] + value if adds else value
+    _renew(state)
+
+
+def _renew(state: IsoState) -> None:
+    """Put the active work offset into force as the tables give it now."""
+    offset = in_force(state, state.codes.offset)
+    state.set_work(offset)
+    state.emit(Kind.G5X, offset.value, aux=state.codes.offset)
 
 
 def _solved(
@@ -93,19 +119,16 @@ def _set_tool(state: IsoState, block: Block, kind: int) -> None:
 
     Fanuc and Haas give the length, or its wear, as R.
     """
-    value = block.values.get("P")
-    if value is None or value < 1 or not value.is_integer():
-        raise block.error("g10_bad_p", "G10 for a tool needs P1 or more", "P")
-    tool = int(value)
+    tool = _tool_number(block)
     if state.tools is None:
         what = f"no tools file to change T{tool} in"
         state.report("tool_without_shape", what, "G10", subject=f"T{tool}")
         return
-    if kind != 1:
+    values = axis_values(state, block)
+    if kind != 1 and values:
         _refuse_where_points_are_tips(state, block)
     old = state.tools.get(tool, ToolEntry(tool, ZERO, 0.0))
     offset = list(old.offset)
-    values = axis_values(state, block)
     if state.control.readings.g10_tool_r == "length" and "R" in block.values:
         length = block.values["R"] * state.scale
         offset[2] = offset[2] + length if kind == 11 else length
@@ -119,6 +142,13 @@ def _set_tool(state: IsoState, block: Block, kind: int) -> None:
             offset[i] = state.position[i] - fixture[i] - word
     entry = (offset[0], offset[1], offset[2], offset[3], offset[4], offset[5])
     state.tools[tool] = ToolEntry(tool, entry, old.diameter, old.name)
+
+
+def _tool_number(block: Block) -> int:
+    value = block.values.get("P")
+    if value is None or value < 1 or not value.is_integer():
+        raise block.error("g10_bad_p", "G10 for a tool needs P1 or more", "P")
+    return int(value)
 
 
 def _refuse_where_points_are_tips(state: IsoState, block: Block) -> None:

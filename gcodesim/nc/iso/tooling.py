@@ -49,6 +49,17 @@ def set_tool_length(state: IsoState, block: Block, number: int) -> None:
     _set_tool_offset(state, value, number, "Z" not in block.values)
 
 
+def change_length_entry(state: IsoState, block: Block, number: int) -> None:
+    """H without a code of length: the row it names, for the length in force and the next G43."""
+    code = state.codes.length
+    if code == G.LENGTH_OFF:
+        state.codes.length_entry = block.whole("H")
+    elif code in TIP_CODES:
+        set_tool_centre_point(state, block, code)
+    else:
+        set_tool_length(state, block, code)
+
+
 def set_tool_length_words(state: IsoState, block: Block, number: int) -> None:
     """G43.1: the words are the tool offset."""
     values = axis_values(state, block)
@@ -94,8 +105,15 @@ def _tips(code: int) -> TipControl:
 
 
 def _tool_offset(state: IsoState, block: Block) -> list[float]:
-    """Return the offset that H names, or that of the tool in the spindle without H."""
-    entry = block.whole("H") if "H" in block.values else state.modal.tool
+    """Return the offset that H names; without H, what the reading `length_without_h` says."""
+    entry: int | None
+    reading, last = state.control.readings.length_without_h, state.codes.length_entry
+    if "H" in block.values:
+        entry = state.codes.length_entry = block.whole("H")
+    elif reading == "spindle" or (reading == "last_or_spindle" and last is None):
+        entry = state.modal.tool
+    else:
+        entry = last or 0
     tool = state.modal.tool
     if entry and tool and entry != tool and not block.has("G", G.LENGTH_ADDED):
         what = f"H{entry} with T{tool} in the spindle"

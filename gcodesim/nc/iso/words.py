@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from gcodesim.nc.iso.code_rows import AXIS_WORDS, Group, Order, Row
+from gcodesim.nc.iso.own_codes import OWN_CODES, refused
 
 LEFT_OVER = "PQREL"
 """Words that a code takes whose meaning is not ours."""
@@ -15,18 +16,18 @@ _ARC_WORDS = AXIS_WORDS + "IJKRP"
 _CYCLE_WORDS = AXIS_WORDS + "RQPLK"
 
 
-def _refused(
-    letter: str, number: int, group: Group, sentence: str, reason: str, dialects: str = ""
-) -> Row:
-    return Row(letter, number, group, Order.OTHER, "", sentence, refused=reason, dialects=dialects)
-
-
 WORDS: dict[str, Row] = {
     "F": Row("F", 0, _G.NONE, _O.FEED, "", "Feed", "set_feed"),
     "S": Row("S", 0, _G.NONE, _O.SPEED, "", "Spindle speed", "set_speed"),
     "T": Row("T", 0, _G.NONE, _O.TOOL, "", "Select a tool", "select_tool"),
 }
 """Words that act by themselves."""
+
+OFFSET_WORDS: dict[str, Row] = {
+    "H": Row("H", 0, _G.NONE, _O.LENGTH, "H", "Row of the tool length", "change_length_entry"),
+    "D": Row("D", 0, _G.NONE, _O.OTHER, "D", "Row of the tool radius"),
+}
+"""Words that act where no code of their block takes them, on some controls."""
 
 # fmt: off
 TABLE: tuple[Row, ...] = (
@@ -76,8 +77,9 @@ TABLE: tuple[Row, ...] = (
     Row("G", 421, _G.COMPENSATION, _O.COMPENSATION, "DL", "Radius right", "compensate"),
     Row("G", 430, _G.LENGTH, _O.LENGTH, "H", "Tool length", "set_tool_length"),
     Row("G", 431, _G.LENGTH, _O.LENGTH, AXIS_WORDS, "Tool offset in words",
-        "set_tool_length_words"),
-    Row("G", 432, _G.LENGTH, _O.LENGTH, "H", "Further tool length", "set_tool_length"),
+        "set_tool_length_words", dialects="linuxcnc"),
+    Row("G", 432, _G.LENGTH, _O.LENGTH, "H", "Further tool length", "set_tool_length",
+        dialects="linuxcnc"),
     Row("G", 440, _G.LENGTH, _O.LENGTH, "H", "Tool length, negative", "set_tool_length"),
     Row("G", 490, _G.LENGTH, _O.LENGTH, "", "Tool length off",
         "cancel_tool_centre_point"),
@@ -89,8 +91,11 @@ TABLE: tuple[Row, ...] = (
         "set_tool_centre_point", dialects="haas"),
     # Work offsets.
     *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "", f"Work offset {index}",
-          "set_work_offset")
+          "set_work_offset", dialects="haas linuxcnc")
       for index, number in enumerate((540, 550, 560, 570, 580, 590, 591, 592, 593), start=1)),
+    *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Work offset", "set_work_offset",
+          dialects="fanuc")
+      for number in (540, 550, 560, 570, 580, 590, 591, 592, 593)),
     Row("G", 541, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Additional work offset",
         "set_additional_offset"),
     Row("G", 1540, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Additional work offset",
@@ -98,9 +103,11 @@ TABLE: tuple[Row, ...] = (
     Row("G", 520, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Local offset", "set_local_offset"),
     Row("G", 920, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Current point reads the words",
         "set_g92"),
-    Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, "", "Clear G92", "cancel_g92"),
-    Row("G", 922, _G.ONE_SHOT, _O.ONE_SHOT, "", "Suspend G92", "cancel_g92"),
-    Row("G", 923, _G.ONE_SHOT, _O.ONE_SHOT, "", "Restore G92", "cancel_g92"),
+    *(Row("G", number, _G.ONE_SHOT, _O.ONE_SHOT, "", sentence, "cancel_g92",
+          dialects="linuxcnc")
+      for number, sentence in ((921, "Clear G92"), (922, "Suspend G92"), (923, "Restore G92"))),
+    Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Work offset as it is stored",
+        "preset", dialects="fanuc"),
     Row("G", 100, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "LPRIJQ", "Set offsets or tools",
         "set_table"),
     # Off-switches of modes that are never on.
@@ -133,19 +140,23 @@ TABLE: tuple[Row, ...] = (
         "align_tool", dialects="fanuc"),
     # Cycles, probing, calls.
     Row("G", 800, _G.CYCLE, _O.CYCLE_RETURN, "", "End of the cycle", "end_cycle"),
-    *(Row("G", number * 10, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Canned cycle", "run_cycle")
+    *(Row("G", number * 10, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Canned cycle", "run_cycle",
+          dialects="fanuc linuxcnc")
       for number in (73, 74, 81, 82, 83, 84, 85, 86, 88, 89)),
-    Row("G", 760, _G.CYCLE, _O.MOTION, _CYCLE_WORDS, "Fine boring", "run_cycle",
-        dialects=_FANUC_HAAS),
-    _refused("G", 760, _G.CYCLE, "Threading", "threading is for lathes", "linuxcnc"),
-    Row("G", 870, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Back boring", "run_cycle"),
+    *(Row("G", number * 10, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Canned cycle",
+          "run_cycle", dialects="haas")
+      for number in (73, 74, 76, 81, 82, 83, 84, 85, 86, 88, 89)),
+    Row("G", 760, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Fine boring", "run_cycle",
+        dialects="fanuc"),
+    refused(760, "Threading", "threading is for lathes", "linuxcnc", _G.CYCLE),
+    Row("G", 870, _G.CYCLE, _O.MOTION, _CYCLE_WORDS + "IJ", "Back boring", "run_cycle",
+        dialects="fanuc linuxcnc"),
     Row("G", 310, _G.MOTION, _O.MOTION, AXIS_WORDS + "P", "Skip move", "probe",
         dialects=_FANUC_HAAS),
     *(Row("G", number, _G.MOTION, _O.MOTION, AXIS_WORDS, "Probing move", "probe",
           dialects="linuxcnc") for number in (382, 383, 384, 385)),
     Row("G", 650, _G.ONE_SHOT, _O.STOP, "PL", "Macro call", "call_macro"),
-    *(_refused("G", number * 10, _G.ONE_SHOT, "Modal macro call",
-               "macros called after every move are not followed") for number in (66, 67)),
+    refused(660, "Modal macro call", "macros called after every move are not followed"),
     Row("M", 970, _G.CALL, _O.STOP, "PL", "Call of a block", "call_block", dialects="haas"),
     Row("M", 980, _G.CALL, _O.STOP, "PL", "Subprogram", "call_program"),
     Row("M", 990, _G.CALL, _O.STOP, "P", "Return", "return_from_call"),
@@ -155,7 +166,6 @@ TABLE: tuple[Row, ...] = (
         "cancel_tool_centre_point", dialects="linuxcnc"),
     # Accepted without an effect on the path.
     Row("G", 50, _G.NONE, _O.OTHER, "P", "High-speed machining", dialects=_FANUC_HAAS),
-    Row("G", 51, _G.NONE, _O.OTHER, "QR", "Look-ahead", dialects=_FANUC_HAAS),
     Row("G", 80, _G.NONE, _O.OTHER, "P", "Look-ahead", dialects=_FANUC_HAAS),
     Row("G", 1870, _G.NONE, _O.OTHER, "PE", "Smoothness", dialects=_FANUC_HAAS),
     # Spindle speed.
@@ -165,7 +175,8 @@ TABLE: tuple[Row, ...] = (
     *(Row("M", number * 10, _G.STOP, _O.STOP, "", sentence, "stop")
       for number, sentence in ((0, "Stop"), (1, "Optional stop"), (2, "End"), (30, "End"))),
     Row("M", 60, _G.CHANGE, _O.CHANGE, "", "Tool change", "change_tool"),
-    Row("M", 610, _G.CHANGE, _O.CHANGE, "Q", "Tool in the spindle", "declare_tool"),
+    Row("M", 610, _G.CHANGE, _O.CHANGE, "Q", "Tool in the spindle", "declare_tool",
+        dialects="linuxcnc"),
     Row("M", 30, _G.SPINDLE, _O.SPINDLE, "", "Spindle clockwise", "set_spindle"),
     Row("M", 40, _G.SPINDLE, _O.SPINDLE, "", "Spindle counter-clockwise", "set_spindle"),
     Row("M", 50, _G.SPINDLE, _O.SPINDLE, "", "Spindle off", "set_spindle"),
@@ -182,6 +193,7 @@ TABLE: tuple[Row, ...] = (
     Row("M", 290, _G.NONE, _O.OTHER, "", "Rigid tapping", "set_rigid_tapping"),
     *(Row("M", number * 10, _G.NONE, _O.OTHER, "PQE", "Output")
       for number in (62, 63, 64, 65, 67, 68)),
+    *OWN_CODES,
 )
 # fmt: on
 

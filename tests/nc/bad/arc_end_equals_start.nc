@@ -1,2 +1,2 @@
-; arc_end_equals_start 2
+; arc_end_equals_start 2 linuxcnc
 G2 X0 Y0 R5 F100

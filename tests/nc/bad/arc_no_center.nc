@@ -1,2 +1,2 @@
-; arc_no_center 2
+; arc_no_center 2 linuxcnc
 G2 X10 F100

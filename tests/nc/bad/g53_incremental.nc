@@ -1,3 +1,3 @@
-; g53_incremental 3
+; g53_incremental 3 linuxcnc
 G91
 G53 G0 Z0

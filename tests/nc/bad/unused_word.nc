@@ -1,2 +1,2 @@
-; unused_word 2
+; unused_word 2 linuxcnc
 G0 X1 H2

@@ -1,0 +1,2 @@
+; same_group_open 2 haas
+G0 G1 X5 F100

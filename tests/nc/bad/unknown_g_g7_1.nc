@@ -1,0 +1,2 @@
+; unknown_g 2
+G7.1 C20

@@ -1,0 +1,2 @@
+; unknown_g 2 haas
+G92.1
