@@ -144,7 +144,7 @@ PARTS = {
 def contradiction(lines: Sequence[str], readings: Readings) -> tuple[Mark, str] | None:
     """Return the mark of another language than the one that is read, and what to say about it."""
     marks = marks_of(lines)
-    own = marks.pop(readings.macros, None)
+    own = marks.pop("linuxcnc", None) if readings.macros == "o_words" else None
     if not marks:
         return None
     other = min(marks.values(), key=lambda mark: mark.line)

@@ -46,7 +46,7 @@ GIVEN = {
     "g10_tool_r": "ignored",
     "m98_p": "number",
     "m99": "restart",
-    "macros": "linuxcnc",
+    "macros": "o_words",
     "tape": False,
     "polar_words": True,
     "start_motion": "G1",

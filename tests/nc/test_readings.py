@@ -38,7 +38,7 @@ READ = {
     "g10_tool_r": ("ignored", "T2 M6\nG10 L10 P2 R9\nG43 H2 G0 Z0"),
     "m98_p": ("number", "M98 P20007\nM30\nO7 G91 G0 X1\nM99\nO20007 G0 X5\nM99"),
     "m99": ("restart", "#1=#1+1\nIF[#1GT2]GOTO9\nG0 X#1\nM99\nN9"),
-    "macros": ("haas", "#10500=3\nG0 X#10500"),
+    "macros": ("macro_b_haas", "#10500=3\nG0 X#10500"),
     "tape": (False, "G0 X1 /Y2"),
     "start_motion": ("G1", "F9 X1"),
     "m_codes": ({777: "stop"}, "M777"),

@@ -160,8 +160,8 @@ class Readings:
         "repeats",
     )
     m99: Literal["end", "restart"] = _key("M99 in the main program: one pass, or for ever", "end")
-    macros: Literal["fanuc", "haas", "linuxcnc"] = _key(
-        "language of macros: Macro B, with more parameters on Haas, or o-words", "fanuc"
+    macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
+        "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
     )
     tcp_frame: Literal["table", "work"] = _key(
         "program axes under G43.4 ride on the table as it stands at rotary zero, or stand as the "
@@ -223,7 +223,7 @@ ROWS: dict[str, Readings] = {
         peck_words="ijk",
         tapping_starts_spindle=True,
         m98_p="number",
-        macros="haas",
+        macros="macro_b_haas",
     ),
     "linuxcnc": Readings(
         dialect="linuxcnc",
@@ -253,7 +253,7 @@ ROWS: dict[str, Readings] = {
         g10_tool_r="ignored",
         m98_p="number",
         m99="restart",
-        macros="linuxcnc",
+        macros="o_words",
         tape=False,
     ),
 }

@@ -59,9 +59,9 @@ MACRO_B = MacroRules(
 )
 
 MACROS = {
-    "fanuc": MACRO_B,
-    "haas": replace(MACRO_B, last=10_999),
-    "linuxcnc": MacroRules(
+    "macro_b": MACRO_B,
+    "macro_b_haas": replace(MACRO_B, last=10_999),
+    "o_words": MacroRules(
         levels=_levels("**", "* / MOD", "+ -", COMPARISONS, "AND OR XOR"),
         o_words=True,
         vacant=False,
