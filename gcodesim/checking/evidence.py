@@ -290,7 +290,8 @@ def coverage(
 
 def _readings(meaning: Interpretation, machine: Machine) -> tuple[ReadingTaken, ...]:
     """The keys of the control that are not known and that the program depends on."""
-    met = list(meaning.readings)
+    # Only a flute that may touch something asks whether the spindle turns.
+    met = [e for e in meaning.readings if e.key != "spindle_at_stop" or machine.cutting]
     if machine.readings.rapids == BOTH and (bent := may_bend(meaning.program)):
         met.append(ReadingMet("rapids", *bent))
     return tuple(

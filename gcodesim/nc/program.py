@@ -71,6 +71,7 @@ class Turning(IntEnum):
     STANDS = 0  # not started yet, or stopped since
     MAY_TURN = 1  # started, or after a code of the builder's that may start it
     TURNED_AWAY = 2  # stands at an angle at which the edge clears the wall: the shift of G76, G87
+    HALTED = 3  # turned when M0 or M1 came: it stands or turns on (Readings.spindle_at_stop)
 
 
 class FeedMode(IntEnum):
@@ -102,7 +103,7 @@ class CanonicalProgram:
         feed_mode: FeedMode, shape (n,) uint8.
         speed: spindle speed [rev/min] in force, shape (n,) float32.
         aux: see Kind, shape (n,) int32.
-        turning: Turning, shape (n,) uint8; None = may turn throughout.
+        turning: Turning but HALTED, shape (n,) uint8; None = may turn throughout.
         arcs: rows of ARC_DTYPE.
         texts: messages.
         start: machine position before the first command, shape (6,).

@@ -20,6 +20,7 @@ GIVEN = {
     "dwell_p": "s",
     "g80": "motion",
     "g87": "centre",
+    "spindle_at_stop": "turns",
     "peck_backoff": 0.0,
     "bore_shift": "-Y",
     "r_and_ijk": "error",

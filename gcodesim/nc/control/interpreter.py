@@ -7,7 +7,7 @@ after it is interpreted.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic
 
 import numpy as np
@@ -20,7 +20,7 @@ from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.program_flow import AllLines, Source
 from gcodesim.nc.control.readings import ReadingMet
 from gcodesim.nc.control.runs import Runs
-from gcodesim.nc.program import CanonicalProgram, Kind
+from gcodesim.nc.program import CanonicalProgram, Kind, Turning
 
 ENDS = (2, 30)
 """Numbers of Kind.STOP that end a program."""
@@ -82,7 +82,7 @@ class Interpreter(Generic[Line]):
             lines = sources[0].lines
             state.place = Place(file, max(len(lines), 1), lines[-1] if lines else "")
             state.report("program_end_missing", "the program has no end")
-        program = state.recorder.program(state.start)
+        program = self._with_halts(state.recorder.program(state.start))
         return Interpretation(
             program=program,
             findings=state.findings,
@@ -98,6 +98,17 @@ class Interpreter(Generic[Line]):
             files=tuple((source.file, source.first) for source in sources),
             not_run=tuple(self._not_run(program)),
         )
+
+    def _with_halts(self, program: CanonicalProgram) -> CanonicalProgram:
+        """Let the spindle stand where M0 or M1 may have stopped it, which matters to feed moves."""
+        turning = program.turning
+        if turning is None or not (halted := turning == Turning.HALTED).any():
+            return program
+        fed = np.flatnonzero(halted & np.isin(program.kind, (Kind.FEED, Kind.ARC)))
+        if len(fed):
+            key = "spindle_at_stop"
+            self.state.met[key] = ReadingMet(key, int(program.line[fed[0]]), len(fed))
+        return replace(program, turning=np.where(halted, np.uint8(Turning.STANDS), turning))
 
     def _not_run(self, program: CanonicalProgram) -> Iterator[NotRun]:
         yield from self.language.not_run(program.line)

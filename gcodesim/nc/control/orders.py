@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from gcodesim.nc.control.modal import CutterSide
+from gcodesim.nc.control.readings import BOTH
 from gcodesim.nc.control.state import State
 from gcodesim.nc.program import Kind, Turning
 
@@ -25,7 +26,11 @@ def stop(state: State, code: int = 0, *, ends: bool = False) -> None:
     """
     state.emit(Kind.STOP, aux=code)
     state.ended = ends
-    state.recorder.turn(Turning.STANDS)
+    way = state.control.readings.spindle_at_stop
+    if ends or way == "stops":
+        state.recorder.turn(Turning.STANDS)
+    elif way == BOTH and state.recorder.turning != Turning.STANDS:
+        state.recorder.turn(Turning.HALTED)
 
 
 def set_path(state: State, code: int, tolerance: float) -> None:

@@ -145,6 +145,10 @@ class Readings:
     peck_words: Literal["q", "ijk"] = _key(
         "pecks: Q only; or also I first, J less each time, K least, and G73 with Q and K", "q"
     )
+    spindle_at_stop: Literal["stops", "turns", "both"] = _key(
+        "M0 and M1 stop the spindle until M3 or M4, or let it turn on; M1 hangs on a switch too",
+        "stops",
+    )
     tapping_starts_spindle: bool = _key("G74 and G84 start the spindle themselves", False)
     g10_in_g91: Literal["adds", "replaces"] = _key("words of G10 L2 under G91", "adds")
     g10_l20: Literal["above_9", "additional", "solved"] = _key(
@@ -205,6 +209,7 @@ ROWS: dict[str, Readings] = {
         g28_no_axes=BOTH,
         length_after_reference=BOTH,
         length_change=BOTH,
+        spindle_at_stop=BOTH,
     ),
     "haas": Readings(
         dialect="haas",
@@ -221,6 +226,7 @@ ROWS: dict[str, Readings] = {
         cycle_drills="xy",
         cycle_repeats="L",
         peck_words="ijk",
+        spindle_at_stop=BOTH,
         tapping_starts_spindle=True,
         m98_p="number",
         macros="macro_b_haas",
@@ -248,6 +254,7 @@ ROWS: dict[str, Readings] = {
         cycle_rotary="error",
         cycle_q="signed",
         cycle_upward="alarm",
+        spindle_at_stop="turns",
         g10_in_g91="replaces",
         g10_l20="solved",
         g10_tool_r="ignored",
