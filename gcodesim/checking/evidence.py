@@ -23,6 +23,7 @@ from gcodesim.collision.search.intervals import Interval
 from gcodesim.constants import CLEARANCE_SLACK_MM, PS_PER_S, SLACK_MM
 from gcodesim.findings.codes import CONTAINMENT_UNDECIDED, Finding
 from gcodesim.findings.left_out import LeftOut, NotRun
+from gcodesim.findings.meanings import MEANINGS
 from gcodesim.machine.model import Machine, Pair
 from gcodesim.machine.spindle import table_entry
 from gcodesim.motion.off_path import OffPath
@@ -298,6 +299,16 @@ def _readings(meaning: Interpretation, machine: Machine) -> tuple[ReadingTaken, 
         ReadingTaken(each.key, ways_of(each.key)[0], False, meaning.place(each.line)[1], each.count)
         for each in met
     )
+
+
+def other_programs(meaning: Interpretation) -> list[Finding]:
+    """A note about the main programs that stand in the file too, and were not run."""
+    if not (others := meaning.other_programs):
+        return []
+    names = ", ".join(name for name, _ in others)
+    code, right = MEANINGS["other_programs"]
+    message = f"not run: the file also holds {names}: {right}"
+    return [Finding(code, message, "other_programs", line=min(line for _, line in others) + 1)]
 
 
 def _in_its_file(entry: NotRun, meaning: Interpretation) -> NotRun:

@@ -92,7 +92,8 @@ def check_once(
     """Check one program with the first way of every reading; arguments as for check_program."""
     watch = Stopwatch()
     with watch.time("interpret"):
-        control = settled(text, control_for(machine, *options.language))
+        control = control_for(machine, *options.language)
+        control = settled(text, replace(control, main_program=options.main_program or ""))
         meaning = interpret(text, control, name, progress)
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
@@ -102,6 +103,7 @@ def check_once(
         task = _task(path, machine, options, off, progress, notice)
         # Imported late, as in _task.
         from gcodesim.checking.audit import audit
+        from gcodesim.checking.evidence import other_programs
         from gcodesim.collision.detector import detect
     with watch.time("search"):
         detection = detect(task)
@@ -109,7 +111,10 @@ def check_once(
         with watch.time("audit"):
             findings += audit(task, detection)
     dialect, seconds = control.readings.dialect, watch.seconds
-    return _result(name, dialect, meaning, off, task, detection, findings, seconds)
+    if options.main_program is None:
+        findings += other_programs(meaning)
+    result = _result(name, dialect, meaning, off, task, detection, findings, seconds)
+    return replace(result, main_program=control.main_program)
 
 
 def _result(

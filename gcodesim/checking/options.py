@@ -16,6 +16,7 @@ from gcodesim.checking.option_kinds import (
     OptionKind,
     Period,
     Switch,
+    Text,
 )
 from gcodesim.constants import DEFAULT_PERIOD_PS
 from gcodesim.errors import UsageError
@@ -205,6 +206,13 @@ class Options:
         name="max-blocks",
         metavar="N",
         language=True,
+    )
+    main_program: str | None = option(
+        None,
+        Text(),
+        "Which program of the file runs: O-number or <NAME>, empty for the first. Left out: the "
+        "first, with a note about the others.",
+        name="",
     )
     threads: int = option(
         0,

@@ -132,6 +132,7 @@ class CheckResult:
 
     `tool_times` are numbers of tools, None before the first change, with their program time [s];
     `tolerance_mm` is the distance below which time between samples does not count as free;
+    `main_program` names the program of the file, empty for the first;
     `fail_on` is one of LEVELS; `setup` the file it ran with; `pictures` are files
     that show what was found; `replay` is what they are made of, dropped where they are written.
     """
@@ -157,10 +158,16 @@ class CheckResult:
     left_out: tuple[LeftOut, ...] = ()
     work: dict[str, int] = field(default_factory=dict)
     timing_s: dict[str, float] = field(default_factory=dict)
+    main_program: str = ""
     fail_on: str = "error"
     setup: str = ""
     pictures: tuple[str, ...] = ()
     replay: Replay | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def title(self) -> str:
+        """The name of the file, and of the program where it is not the file's first."""
+        return f"{self.program} {self.main_program}".rstrip()
 
     @property
     def verdict(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -26,6 +27,10 @@ if TYPE_CHECKING:
     from gcodesim.machine.model import Machine
     from gcodesim.policy.baseline import Baseline
     from gcodesim.policy.policy import Policy
+
+
+UNFIT = re.compile(r"[^\w.-]+")
+"""What of the name of a program does not belong into the name of a file."""
 
 
 @click.command()
@@ -60,7 +65,8 @@ def _run(plans: Sequence[CheckPlan]) -> int:
 class ProgramCheck:
     """A program, and everything that decides the answer to it.
 
-    `picture` is its part of the names of its pictures, unlike that of any other check.
+    `picture` is its part of the names of its pictures, unlike that of any other check; `read` is
+    name and text of the program where it has been read already.
     """
 
     program: str
@@ -68,6 +74,23 @@ class ProgramCheck:
     asked: CheckRequest
     policy: Policy
     picture: str
+    read: tuple[str, str] | None = None
+
+    def each(self) -> Iterator[ProgramCheck]:
+        """Yield a check for every main program of the file; this one where it cannot be read."""
+        from gcodesim.machine.control_data import control_for
+        from gcodesim.nc.interpret import main_programs
+
+        options = self.asked.options
+        try:
+            read = read_text(self.program)
+        except UsageError:
+            yield self
+            return
+        for name in main_programs(read[1], control_for(self.machine, *options.language)):
+            asked = replace(self.asked, options=replace(options, main_program=name))
+            picture = self.picture + (f"-{UNFIT.sub('', name)}" if name else "")
+            yield replace(self, asked=asked, picture=picture, read=read)
 
 
 def _checks(plans: Sequence[CheckPlan], baseline: Baseline | None) -> Iterator[ProgramCheck]:
@@ -83,7 +106,8 @@ def _checks(plans: Sequence[CheckPlan], baseline: Baseline | None) -> Iterator[P
             )
             machines[path] = machine.with_readings(rapids=asked.rapids)
         for program, path in plan.checks:
-            yield ProgramCheck(program, machines[path], asked, policy, next(pictures))
+            check = ProgramCheck(program, machines[path], asked, policy, next(pictures))
+            yield from check.each() if plan.run.all_programs else (check,)
 
 
 def _baseline(plan: CheckPlan) -> Baseline | None:
@@ -137,7 +161,7 @@ def _check_one(check: ProgramCheck, quiet: bool) -> tuple[CheckResult, str]:
 
     begin = time.perf_counter()
     try:
-        name, text = read_text(check.program)
+        name, text = check.read or read_text(check.program)
     except UsageError as error:
         raise UnreadableError(str(error)) from error
     read_s = time.perf_counter() - begin

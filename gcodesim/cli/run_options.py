@@ -42,6 +42,14 @@ class RunOptions:
         many=True,
     )
     asked: CheckRequest = field(default_factory=CheckRequest)
+    all_programs: bool = option(
+        False,
+        Switch(),
+        "Check the other main programs of a file too, each as a program of its own.",
+        name="all-programs",
+        scope=Scope.RUN,
+        commands=(CHECK,),
+    )
     update_baseline: bool = option(
         False,
         Switch(),

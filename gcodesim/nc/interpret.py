@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 from gcodesim.nc.control.interpreter import Interpretation, Interpreter
-from gcodesim.nc.control.place import Place
+from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.readings import ROWS, choose_readings
 from gcodesim.nc.control.supply import Control
 from gcodesim.nc.detect import LINES, dialect_of
@@ -41,6 +42,20 @@ def interpret(
     place = Place(file, 1, meaning.lines[0] if meaning.lines else "")
     note = place.finding("dialect_told", control.dialect_told)
     return replace(meaning, findings=(note, *meaning.findings))
+
+
+def main_programs(text: str, control: Control) -> list[str]:
+    """Return the main programs of a text: "" for the first one, O-number or <NAME> of the others.
+
+    Args:
+        text: program text.
+        control: as for interpret.
+    """
+    reader = IsoReader(settled(text, control))
+    # What is wrong with the text its check says.
+    with suppress(ProgramError):
+        reader.open(text, "")
+    return ["", *(name for name, _ in reader.other_programs())]
 
 
 def settled(text: str, control: Control) -> Control:

@@ -23,7 +23,8 @@ class Entry:
     """A finding that is accepted.
 
     Attributes:
-        program, setup: files, counted from the folder of the baseline; no setup is empty.
+        program, setup: files, counted from the folder of the baseline; no setup is empty. After
+            a blank the O-number of a program that is not the first of its file.
         machine: name of the machine.
         fingerprint: of the finding; it survives edits elsewhere in the program.
         code, message: what was found when the entry was made, for people.
@@ -120,7 +121,8 @@ class Baseline:
         return keys
 
     def _checked(self, result: CheckResult) -> tuple[str, str, str]:
-        return self._beside(result.program), result.machine, self._beside(result.setup)
+        program = f"{self._beside(result.program)} {result.main_program}".rstrip()
+        return program, result.machine, self._beside(result.setup)
 
     def _beside(self, file: str) -> str:
         """A file counted from the folder of the baseline: the same from wherever one works."""

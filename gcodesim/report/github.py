@@ -68,7 +68,7 @@ def _property(text: str) -> str:
 def _program(result: CheckResult) -> str:
     counts = f"{len(result.counted)}"
     counts += f", {len(result.ignored)} ignored" if result.ignored else ""
-    program = _cell(result.program)
+    program = _cell(result.title)
     return f"| {result.verdict.upper()} | {program} | {_cell(result.machine)} | {counts} |\n"
 
 

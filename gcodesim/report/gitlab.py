@@ -22,7 +22,10 @@ def render(run: RunOutcome) -> str:
 def _issue(row: CountedFinding) -> dict[str, Any]:
     severity = "blocker" if row.finding.is_contact else SEVERITIES[row.finding.severity]
     # The same block may collide on two machines: GitLab shows one issue per fingerprint.
-    job = (row.fingerprint, row.result.machine, row.result.setup)
+    result = row.result
+    # Of several programs in a file too, and every other fingerprint stays as it was.
+    program = (result.main_program,) if result.main_program else ()
+    job = (row.fingerprint, result.machine, result.setup, *program)
     return _entry(title(row), row.finding.code, job, severity, row.path, row.line)
 
 

@@ -52,7 +52,7 @@ def page(result: CheckResult, replay: Replay) -> str:
     knots = replay.knots()
     data = _data(result, replay, knots) | {"distances": _distances(result, replay)}
     parts = {
-        "title": html.escape(f"{result.program} on {result.machine}: {result.verdict}"),
+        "title": html.escape(f"{result.title} on {result.machine}: {result.verdict}"),
         "style": _asset("viewer.css"),
         "modules": _json({"imports": {name: _url(file) for name, file in MODULES.items()}}),
         "data": _json(data),

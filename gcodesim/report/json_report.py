@@ -31,6 +31,8 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
         "verdict": result.verdict,
         "fail_on": result.fail_on,
         "program": result.program,
+        # Only where a file holds several, and they were asked for.
+        **({"main_program": result.main_program} if result.main_program else {}),
         "machine": result.machine,
         "setup": result.setup,
         "verified_model": result.verified_model,

@@ -27,6 +27,8 @@ def _objects(run: RunOutcome) -> Iterator[dict[str, Any]]:
     for result in run.results:
         place = {"program": result.program, "machine": result.machine}
         report = report_dict(result)
+        if result.main_program:
+            place["main_program"] = result.main_program
         for row in (*report["findings"], *report["suppressed"]):
             yield {"type": "finding", **place, **row}
         yield {"type": "program"} | {k: v for k, v in report.items() if k not in VARYING}

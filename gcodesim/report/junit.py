@@ -57,7 +57,7 @@ def _named(run: RunOutcome) -> list[str]:
     seen: Counter[tuple[str, str]] = Counter()
     names = []
     for result in run.results:
-        name = result.program + (f" ({result.setup})" if result.setup else "")
+        name = result.title + (f" ({result.setup})" if result.setup else "")
         seen[result.machine, name] += 1
         again = seen[result.machine, name]
         names.append(printable(name if again == 1 else f"{name} #{again}"))

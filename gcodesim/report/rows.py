@@ -46,8 +46,9 @@ def rows(run: RunOutcome) -> list[CountedFinding]:
 
 
 def title(row: CountedFinding) -> str:
-    """Message with the code before it and the machine after it."""
-    return f"{row.finding.code} {row.finding.message} ({row.result.machine})"
+    """Message with the code before it, and after it the machine, and the program of several."""
+    where = f"{row.result.main_program} on {row.result.machine}".removeprefix(" on ")
+    return f"{row.finding.code} {row.finding.message} ({where})"
 
 
 def repository_path(file: str, environment: Mapping[str, str] = os.environ) -> str:

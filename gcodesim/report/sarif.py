@@ -120,4 +120,4 @@ def _location(path: str, region: dict[str, Any] | None = None) -> dict[str, Any]
 
 
 def _verdicts(run: RunOutcome) -> Sequence[dict[str, str]]:
-    return [{"program": r.program, "machine": r.machine, "verdict": r.verdict} for r in run.results]
+    return [{"program": r.title, "machine": r.machine, "verdict": r.verdict} for r in run.results]

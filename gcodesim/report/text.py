@@ -46,7 +46,7 @@ def render(run: RunOutcome) -> str:
 def report_lines(result: CheckResult, most: int | None = None) -> Iterator[Text]:
     """Yield the lines of a report, with at most so many findings."""
     head = Text(result.verdict.upper(), style=COLORS[result.verdict])
-    head.append(f"  {printable(result.program)} on {result.machine}{_remarks(result)}", "default")
+    head.append(f"  {printable(result.title)} on {result.machine}{_remarks(result)}", "default")
     yield head
     yield from _body(result, most)
 

@@ -41,6 +41,7 @@ class Interpretation:
         stopped: a finding ended interpretation before the program's end.
         lines: the lines of all texts, one after the other; line n is lines[n - 1].
         not_run: what did not run, or may run in another way.
+        other_programs: main programs of the file that nothing has called, with their lines.
         files: name of every text, and the number of lines before it; the main program first.
     """
 
@@ -55,6 +56,7 @@ class Interpretation:
     lines: Sequence[str]
     files: tuple[tuple[str, int], ...]
     not_run: tuple[NotRun, ...] = ()
+    other_programs: tuple[tuple[str, int], ...] = ()
 
     def place(self, line: int) -> tuple[str, int]:
         """Return the file that a line of `lines` stands in, and its number there."""
@@ -97,6 +99,7 @@ class Interpreter(Generic[Line]):
             lines=AllLines(sources) if len(sources) > 1 else sources[0].lines,
             files=tuple((source.file, source.first) for source in sources),
             not_run=tuple(self._not_run(program)),
+            other_programs=tuple(self.language.other_programs()),
         )
 
     def _with_halts(self, program: CanonicalProgram) -> CanonicalProgram:

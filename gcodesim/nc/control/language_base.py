@@ -69,6 +69,10 @@ class Language(ABC, Generic[Line]):
         """Yield what of the texts did not run, of commands whose rows are given."""
         yield from ()
 
+    def other_programs(self) -> list[tuple[str, int]]:
+        """Return the main programs of the file that nothing has called, with their lines."""
+        return []
+
     def unfinished(self) -> str:
         """Return what to report when the text of a subprogram ends without a return."""
         return "the subprogram ends without a return"

@@ -93,6 +93,7 @@ class Control:
         dialect_told: how the text told the dialect; empty where it was known.
         block_delete: blocks that begin with / are left out.
         kinematics: None = no machine is known, or it has no rotary joints.
+        main_program: O-number or <NAME> of the program of the file that runs; empty = the first.
         max_blocks: interpretation ends after this many blocks; None = after MAX_BLOCKS, or after
             MAX_REPEATED_BLOCKS more than all texts have lines.
     """
@@ -114,3 +115,4 @@ class Control:
     block_delete: bool = False
     kinematics: Kinematics | None = None
     max_blocks: int | None = None
+    main_program: str = ""

@@ -16,7 +16,13 @@ from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
 from gcodesim.nc.iso.saved_modes import end_call
-from gcodesim.nc.iso.structure import Structure, StructureError, block_numbers, read_structure
+from gcodesim.nc.iso.structure import (
+    Structure,
+    StructureError,
+    block_numbers,
+    read_structure,
+    returns,
+)
 from gcodesim.nc.iso.tape import compact, opening
 
 FILE_NAME = re.compile(r"[A-Z0-9_-]{1,64}")
@@ -51,6 +57,12 @@ class Jumps:
         except StructureError as error:
             block = Block(file, error.line + 1, source.lines[error.line])
             raise block.error("block_structure", str(error)) from None
+        if named := self.state.control.main_program:
+            line = next((i for name, i in self._programs(source) if name == named), None)
+            if line is None:
+                block = Block(file, 1, source.lines[0] if len(source.lines) else "")
+                raise block.error("subprogram_not_found", f"{named} in the file")
+            source.begin = line
         self.flow.index = source.begin
 
     def _read(self, source: Source) -> None:
@@ -198,6 +210,27 @@ class Jumps:
         if self._into(source, line, repeats, take_back):
             parameters.local = own
 
+    def _programs(self, source: Source) -> Iterator[tuple[str, int]]:
+        """Yield the programs of a text, O-number or <NAME>, with their first lines."""
+        for name, line in self.structures[source.first].programs.items():
+            yield name if isinstance(name, str) else f"O{name}", line
+
+    def other_programs(self) -> list[tuple[str, int]]:
+        """Return what an operator may start in the same file, and nothing has called: with lines.
+
+        Where there are o-words, the program is the file.
+        """
+        source = self.flow.sources[0]
+        structure = self.structures.get(source.first)
+        if structure is None or self.parameters.rules.o_words:
+            return []
+        known = self._run_programs(source, structure)
+        return [
+            (name, line)
+            for name, line in self._programs(source)
+            if line not in known and not returns(source.lines, *structure.span(line))
+        ]
+
     def not_run(self, ran: NDArray[np.int32]) -> Iterator[NotRun]:
         """Yield the blocks after the last one of the main program, and programs never called."""
         flow = self.flow
@@ -213,9 +246,17 @@ class Jumps:
             later = ran[(ran > flow.index) & (ran <= last)]
             begin = int(later.max()) if len(later) else flow.index
             yield from self._blocks(source, begin, last)
-        others = sorted(set(structure.programs.values()) - flow.entered - {main, source.begin})
+        others = sorted(set(structure.programs.values()) - self._run_programs(source, structure))
         if others:
             yield NotRun("programs of the file that were not called", len(others), others[0] + 1)
+
+    def _run_programs(self, source: Source, structure: Structure) -> set[int]:
+        """Return the first lines of the programs of a text that have run."""
+        flow, main = self.flow, structure.span(source.begin)[0]
+        # A program without an end goes on in the next one.
+        until = flow.index if flow.is_main else 0
+        after = {line for line in structure.programs.values() if main < line < until}
+        return flow.entered | after | {main, source.begin}
 
     def _blocks(self, source: Source, begin: int, end: int) -> Iterator[NotRun]:
         lines = (i for i in range(begin, end) if compact(source.lines[i]) not in ("", "%"))

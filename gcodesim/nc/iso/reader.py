@@ -117,6 +117,10 @@ class IsoReader(Language[Block]):
         """Yield the blocks after the last one, and the programs that nothing called."""
         yield from self._jumps.not_run(ran)
 
+    def other_programs(self) -> list[tuple[str, int]]:
+        """Return the main programs of the file that nothing has called, with their lines."""
+        return self._jumps.other_programs()
+
     def unfinished(self) -> str:
         """Return what to report when the text of a subprogram ends without a return."""
         return "the subprogram ends without M99 or endsub"

@@ -27,6 +27,10 @@ BLOCK_NUMBER = re.compile(
     rb"(?mi)^[ \t\0\x11-\x14\x7f]*+(?:/[ \t]*+[1-9]?)?[ \t]*+N[ \t]*+([0-9]{1,18})"
 )
 
+RETURN_OR_END = re.compile(rb"(?i)M[ \t]*+0*+(?:2|30|99)(?![0-9.])")
+CODE_AT_END = re.compile(r"M0*(2|30|99)(?![0-9.])")
+"""In bytes, and in a compact line without comments."""
+
 OPENERS = {
     "SUB": "ENDSUB",
     "IF": "ENDIF",
@@ -204,6 +208,18 @@ def _branch(structure: Structure, opening: int, index: int) -> None:
     while opening in structure.next_branch:
         opening = structure.next_branch[opening]
     structure.next_branch[opening] = index
+
+
+def returns(lines: Lines, first: int, end: int) -> bool:
+    """Tell whether lines first to end (excluded) are a subprogram: they return, and never end."""
+    found = {
+        match[1]
+        for place in RETURN_OR_END.finditer(
+            lines.data, int(lines.bounds[first]), int(lines.bounds[end])
+        )
+        for match in CODE_AT_END.finditer(compact(lines[lines.line_at(place.start())]))
+    }
+    return found == {"99"}
 
 
 def block_numbers(lines: Lines) -> dict[int, list[int]]:
