@@ -11,6 +11,7 @@ from gcodesim.checking.flow import check_program
 from gcodesim.checking.options import Options
 from gcodesim.collision.search.events import Contact
 from gcodesim.findings.codes import Finding
+from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Pair
 from gcodesim.motion.samples import tool_spans
 from gcodesim.study.scenes import box, joint, machine, path
@@ -78,3 +79,37 @@ def _finding(contact: Contact) -> Finding:
 
 
 PATH = path([joint("X", [1, 0, 0])], [0.0], [(1.0, [10.0])])
+
+
+@pytest.mark.parametrize(
+    ("blocks", "code", "bare"),
+    [
+        ("G0 Z-400.", "GC102", True),
+        ("G43 H1 Z-20.", "GC102", False),
+        ("G43 H1 Z100.\nG49\nG0 Z-400.", "GC102", True),
+        ("G43 H1 Z100.\nH0\nG0 Z-400.", "GC102", True),
+        ("G0 X900.", "GC301", True),
+        ("G43 H1 Z100.\nX900.", "GC301", False),
+    ],
+)
+def test_a_contact_or_overtravel_says_that_no_tool_length_is_active(
+    blocks: str, code: str, bare: bool
+) -> None:
+    model = load_machine("table_tilt")
+    text = f"G21 G90 G94 G54\nT1 M6\nG0 X0. Y0.\n{blocks}\nM30\n"
+    result = check_program(text, "a.nc", model, Options(device="cpu", dialect="fanuc"))
+    found = [finding for finding in result.findings if finding.code == code]
+    assert found
+    assert all(f.message.endswith("; no tool length is active") is bare for f in found)
+
+
+def test_an_overtravel_says_when_and_at_which_positions_travel_is_left() -> None:
+    """At 100 mm/s X leaves its travel of 250 mm after 2.5 s; A turns for 0.2 s before."""
+    text = "G21 G90 G94 G54\nG0 A-30.\nG1 X310. F6000.\nM30\n"
+    result = check_program(text, "a.nc", load_machine("table_tilt"), Options(device="cpu"))
+    (finding,) = (f for f in result.findings if f.code == "GC301")
+    assert (finding.line, finding.time_s) == (3, pytest.approx(2.7, abs=1e-6))
+    assert finding.message.startswith(
+        "X reaches 310 mm, 60 mm beyond its travel of -250 to 250; it leaves it at 2.700000 s, "
+        "at X 250.0000 Y 0.0000 Z 0.0000 A -30.0000 C 0.0000 (machine coordinates)"
+    )
