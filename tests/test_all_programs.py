@@ -36,7 +36,7 @@ def test_a_second_main_program_is_named_where_it_was_not_run(tmp_path):
     (note,) = report["findings"]
     assert (note["code"], note["severity"], note["line"]) == ("GC430", "note", 10)
     assert note["message"] == (
-        "not run: the file also holds O20: --all-programs checks each main program of a file"
+        "not run: the file also holds O20: check --all-programs checks each main program of a file"
     )
     assert report["coverage"]["not_run"] == [
         {"what": "programs of the file that were not called", "count": 1, "line": 10}

@@ -142,7 +142,7 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
     "near_pole": ("GC304", "tilt the tool away from the axis of the table or fork, or feed slower"),
     "no_motion": ("GC430", "nothing can collide, and nothing was checked"),
     "offsets_missing": ("GC430", "give the work offsets in the machine or setup file"),
-    "other_programs": ("GC430", "--all-programs checks each main program of a file"),
+    "other_programs": ("GC430", "check --all-programs checks each main program of a file"),
     "overdue": ("GC901", "give the batch a longer --time-limit, or check this program alone"),
     "overtravel": ("GC301", "positions stay inside the travel; GC302 for rotary axes"),
     "pair_out_of_reach": ("GC430", "nothing to do: such a pair is proved apart before each search"),
