@@ -15,8 +15,8 @@ from gcodesim.collision.geometry.boxes import inverse
 from gcodesim.collision.geometry.closest import nearest_on_triangle
 from gcodesim.collision.geometry.device import BIT_EQUAL
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.instants.touches import InstantArrays, bodies_touch, instant_arrays
 from gcodesim.collision.search.approach import Approach, event_of
+from gcodesim.collision.search.lasting import touches_at
 from gcodesim.collision.search.search import Roots, Searcher
 from gcodesim.constants import PS_PER_S
 from gcodesim.motion.samples import Instants, Span, window, windows
@@ -26,8 +26,8 @@ wp.set_module_options(BIT_EQUAL)
 MERGED_PS = PS_PER_S // 20
 """Contacts of one pair with less than 50 ms between them are one: people act on one place."""
 
-WINDOW = 4_096
-"""Samples looked at per launch while a contact lasts."""
+FIRST_WINDOW, LAST_WINDOW = 4_096, 262_144
+"""Samples looked at together while a contact lasts: at first, and at most."""
 
 DEPTH_INSTANTS = 9
 """Instants of an interval at which the depth is measured."""
@@ -54,22 +54,6 @@ class Interval:
     deepest: float = 0.0
     deepest_ps: int = 0
     between: bool = False
-
-
-@wp.kernel
-def flag_touches(
-    path: PathArrays,
-    chains: ChainArrays,
-    scene: SceneArrays,
-    instants: InstantArrays,
-    pair: wp.int32,
-    touch_out: wp.array[wp.int32],
-):
-    """One thread per instant: does the pair touch?"""
-    i = wp.tid()
-    pose = pair_pose(path, chains, pair, instants.piece[i], instants.time_ps[i])
-    if bodies_touch(scene, pair, pose).touch:
-        touch_out[i] = 1
 
 
 @wp.kernel
@@ -169,9 +153,8 @@ def _lasting(searcher: Searcher, span: Span, pair: int, sample: int) -> tuple[in
     start = end = -1
     period = searcher.settings.period_ps
     rest = replace(span, start_ps=max(span.start_ps, (sample - 1) * period + 1))
-    for first in windows(searcher.path, rest, WINDOW, period):
-        instants = window(searcher.path, rest, first, WINDOW, period)
-        touches = _touches(searcher, instants, pair)
+    for instants in _growing(searcher, rest):
+        touches = touches_at(searcher, instants, pair)
         if start < 0:
             begin = int(np.argmax(touches))
             start = end = int(instants.time_ps[begin])
@@ -184,23 +167,20 @@ def _lasting(searcher: Searcher, span: Span, pair: int, sample: int) -> tuple[in
     return start, end, None
 
 
-def _touches(searcher: Searcher, instants: Instants, pair: int) -> NDArray[np.bool_]:
-    scene = searcher.scene
-    flags = wp.zeros(len(instants), dtype=wp.int32, device=scene.device)
-    wp.launch(
-        flag_touches,
-        dim=len(instants),
-        inputs=[
-            searcher.arrays,
-            scene.chains,
-            scene.arrays,
-            instant_arrays(instants, scene.device),
-            pair,
-        ],
-        outputs=[flags],
-        device=scene.device,
-    )
-    return np.asarray(flags.numpy() != 0)
+def _growing(searcher: Searcher, span: Span) -> Iterator[Instants]:
+    """Yield the instants of a span in windows that grow; a long dwell is passed over."""
+    path, period = searcher.path, searcher.settings.period_ps
+    count, start = FIRST_WINDOW, span.start_ps
+    while start <= span.end_ps:
+        for first in windows(path, replace(span, start_ps=start), count, period):
+            instants = window(path, replace(span, start_ps=start), first, count, period)
+            start = (first + count - 1) * period + 1
+            if len(instants):
+                yield instants
+            break
+        else:
+            return
+        count = min(2 * count, LAST_WINDOW)
 
 
 def _with_depth(searcher: Searcher, interval: Interval) -> Interval:
