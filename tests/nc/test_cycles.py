@@ -22,9 +22,7 @@ def path(meaning, axes=(0, 1, 2), behind=2):
 
 
 def test_a_cycle_drills_upwards_where_its_bottom_lies_above_its_r_level(control):
-    meaning = interpret(
-        "S500 M3 F100 G19\nG0 X0 Y0 Z20\nG98 G83 X50 R10 Q30\nG80\nM30", control()
-    )
+    meaning = interpret("S500 M3 F100 G19\nG0 X0 Y0 Z20\nG98 G83 X50 R10 Q30\nG80\nM30", control())
     assert not meaning.stopped, meaning.findings
     assert path(meaning, (0,)) == ["R 10", "F 40", "R 10", "R 39.746", "F 50", "R 0"]
 
