@@ -43,6 +43,10 @@ the snapping of vertices. Larger only costs time; smaller than 1e-9 could hide a
 SLACK_MM = 1.0e-9
 """Distances are good to this [mm]: pose rounding, snapping and the certified test together."""
 
+CROSSING_SLACK_MM = 1.0e-6
+"""Two triangles that cross are taken to go on crossing while they may move by this [mm] more: it
+covers the rounding of poses and heights. Smaller than 1e-7 could call a free instant a contact."""
+
 TOLERANCE_MM = 1.0e-3
 """Distance [mm] below which an interval between two samples no longer counts as proved free."""
 

@@ -47,7 +47,12 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     },
     "collision/instants/posed_pair": {"FARTHEST": "more than any distance"},
     "collision/search/first_reach": {"LEFT_OUT": "a mark, no distance"},
-    "collision/search/intervals": {"HALF_SPHERE": "unit"},
+    "collision/search/depths": {
+        "GOOD_TO_MM": "what is stated beside a depth",
+        "FAR": "more than any distance",
+        "RAY": "a direction",
+    },
+    "collision/search/lasting": {"FLAT": ROUNDING},
     "collision/search/search_kernel": {"LEAST_LENGTH": "keeps a division from 0"},
     "machine/formats/imported": {"WRITTEN_AS_ZERO": "what is written as 0 in an imported file"},
     "machine/formats/linuxcnc_ini": {

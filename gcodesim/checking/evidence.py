@@ -207,6 +207,7 @@ def contacts(detection: Detection) -> tuple[ContactInterval, ...]:
             interval.deepest,
             interval.deepest_ps / PS_PER_S,
             interval.between,
+            interval.deeper_by,
         )
         for interval, contact in _intervals(detection)
     )

@@ -212,7 +212,7 @@ def _task(
     slow.daemon = True
     slow.start()
     try:
-        load_kernels(options.method, device)
+        load_kernels(options.method, device, options.stop_all)
     finally:
         slow.cancel()
     aims = Aims(

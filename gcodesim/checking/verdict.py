@@ -97,7 +97,12 @@ class Coverage:
 
 @dataclass(frozen=True)
 class ContactInterval:
-    """A stretch of program time in which a pair touches; deepest vertex and when (--stop all)."""
+    """A stretch of program time in which a pair touches (--stop all).
+
+    Attributes:
+        deepest_mm, deepest_at_s: of a vertex of one body inside the other, at the instants looked
+            at; at others it may be deeper by `deeper_by_mm`.
+    """
 
     pair: tuple[str, str]
     from_s: float
@@ -105,6 +110,7 @@ class ContactInterval:
     deepest_mm: float
     deepest_at_s: float
     between_samples: bool = False
+    deeper_by_mm: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
 from gcodesim.collision.instants.containment import find_containments
 from gcodesim.collision.instants.work import WorkCounts
-from gcodesim.collision.search import search_kernel
+from gcodesim.collision.search import depths, lasting, search_kernel
 from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
 from gcodesim.machine.flutes import above_flute, smaller_flute
@@ -93,8 +93,13 @@ class Task:
     progress: Callable[[float], None]
 
 
-def load_kernels(method: str, device: str) -> tuple[str, ...]:
+def load_kernels(method: str, device: str, stop_all: bool = False) -> tuple[str, ...]:
     """Compile what a method needs, or load it from Warp's cache, so that it is timed apart.
+
+    Args:
+        method: search | exhaustive | paper.
+        device: resolved device name.
+        stop_all: all contacts are listed, not only the first.
 
     Returns:
         The modules, by their names in this package.
@@ -110,7 +115,12 @@ def load_kernels(method: str, device: str) -> tuple[str, ...]:
     wp.load_module(chords, device=device)
     wp.load_module(search_kernel, device=device)
     wp.load_module(tree_kernel, device="cpu")
-    return ("touches", "chords", "search_kernel", "tree_kernel")
+    names = ("touches", "chords", "search_kernel", "tree_kernel")
+    if not stop_all:
+        return names
+    wp.load_module(lasting, device=device)
+    wp.load_module(depths, device=device)
+    return (*names, "lasting", "depths")
 
 
 def detect(task: Task) -> Detection:

@@ -121,12 +121,17 @@ def window(path: Path, span: Span, first: int, count: int, period_ps: int) -> In
     k0, k1 = sample_of(low, period_ps), high // period_ps
     samples = np.arange(k0, k1 + 1, dtype=np.int64) * period_ps
     i0, i1 = np.searchsorted(path.bounds_ps, [low, high + 1])
-    times = np.unique(np.concatenate([samples, path.bounds_ps[i0:i1]]))
+    ends = np.unique(path.bounds_ps[i0:i1])
+    ends = ends[ends % period_ps != 0]
+    times = np.insert(samples, np.searchsorted(samples, ends), ends)
     piece = path.piece_at(times)
-    if len(path):
-        still = np.all(path.q0[piece] == path.q1[piece], axis=1) & (path.arc[piece] < 0)
-        at_end = (times == path.bounds_ps[piece + 1]) | (times == span.start_ps)
-        times, piece = times[~still | at_end], piece[~still | at_end]
+    if len(path) and len(times):
+        run = slice(int(piece[0]), int(piece[-1]) + 1)
+        still = np.all(path.q0[run] == path.q1[run], axis=1) & (path.arc[run] < 0)
+        if still.any():
+            inside = still[piece - run.start]
+            at_end = (times == path.bounds_ps[piece + 1]) | (times == span.start_ps)
+            times, piece = times[~inside | at_end], piece[~inside | at_end]
     return Instants(times, piece, -(-times // period_ps))
 
 

@@ -122,6 +122,23 @@ def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:
     return replace(scene, shapes=shapes, arrays=_scene_arrays(shapes, scene.device))
 
 
+def whole_scene(scene: Scene, pairs: list[int], joints: tuple[Joint, ...]) -> Scene:
+    """Some pairs with all triangles of their bodies, whatever was left out of the scene."""
+    shapes = tuple(
+        (_shape(a.body, a.parts), _shape(b.body, b.parts))
+        for a, b in (scene.shapes[pair] for pair in pairs)
+    )
+    links = tuple(scene.links[pair] for pair in pairs)
+    return Scene(
+        scene.device,
+        tuple(scene.pairs[pair] for pair in pairs),
+        shapes,
+        links,
+        chain_arrays(joints, list(links), scene.device),
+        _scene_arrays(shapes, scene.device),
+    )
+
+
 def _scene_arrays(
     shapes: tuple[tuple[CheckedShape, CheckedShape], ...], device: str
 ) -> SceneArrays:

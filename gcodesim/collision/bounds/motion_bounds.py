@@ -186,6 +186,30 @@ def arc_sagitta(arcs: NDArray[np.void]) -> Floats:
     return np.minimum((radius * angle**2 + 2.0 * grown * angle) / 8.0, 2.0 * radius)
 
 
+def piece_ways(path: Path, joints: tuple[Joint, ...], levers: list[tuple[int, float]]) -> Floats:
+    """How far two bodies move against each other from the start to the end of each piece [mm].
+
+    Args:
+        path: with n pieces.
+        joints: of the path's columns.
+        levers: joint and lever of every joint between the bodies, 1 for a linear one.
+
+    Returns:
+        Bounds from above, 0 at the start, shape (n + 1,).
+    """
+    moved, _ = piece_motion(path, joints, 0, len(path))
+    on_arc = np.flatnonzero(path.arc >= 0)
+    if len(on_arc):
+        arcs = path.arcs[path.arc[on_arc]]
+        turned = np.maximum(arcs["r0"], arcs["r1"]) * np.radians(np.abs(arcs["sweep"]))
+        along = turned + np.abs(arcs["r1"] - arcs["r0"]) + np.linalg.norm(arcs["lift"], axis=1)
+        for column in path.xyz:
+            if column >= 0:
+                moved[on_arc, column] = along
+    ways = sum((lever * moved[:, joint] for joint, lever in levers), np.zeros(len(path)))
+    return np.concatenate([[0.0], np.cumsum(ways)])
+
+
 def dyadic_motion(
     path: Path, joints: tuple[Joint, ...], first: int, end: int, top: int
 ) -> MotionTables:

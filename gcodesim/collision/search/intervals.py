@@ -6,34 +6,20 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-import warp as wp
-from numpy.typing import NDArray
 
 from gcodesim.collision.bodies.keys import NO_CONTACT
-from gcodesim.collision.bodies.scene import SceneArrays
-from gcodesim.collision.geometry.boxes import inverse
-from gcodesim.collision.geometry.closest import nearest_on_triangle
-from gcodesim.collision.geometry.device import BIT_EQUAL
-from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.instants.touches import InstantArrays, bodies_touch, instant_arrays
 from gcodesim.collision.search.approach import Approach, event_of
+from gcodesim.collision.search.depths import DepthGauge
+from gcodesim.collision.search.lasting import touches_at
 from gcodesim.collision.search.search import Roots, Searcher
 from gcodesim.constants import PS_PER_S
 from gcodesim.motion.samples import Instants, Span, window, windows
 
-wp.set_module_options(BIT_EQUAL)
-
 MERGED_PS = PS_PER_S // 20
 """Contacts of one pair with less than 50 ms between them are one: people act on one place."""
 
-WINDOW = 4_096
-"""Samples looked at per launch while a contact lasts."""
-
-DEPTH_INSTANTS = 9
-"""Instants of an interval at which the depth is measured."""
-
-HALF_SPHERE = wp.constant(wp.float64(2.0 * np.pi))
-"""Half the solid angle of a sphere: what the triangles all around a point add up to here."""
+FIRST_WINDOW, LAST_WINDOW = 4_096, 262_144
+"""Samples looked at together while a contact lasts: at first, and at most."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +29,10 @@ class Interval:
     Attributes:
         pair: index in the scene.
         start_ps, end_ps: first and last instant in contact.
-        deepest: largest distance of a vertex inside the other body from its surface [mm].
+        deepest: largest distance of a vertex inside the other body from its surface [mm], among
+            some instants.
         deepest_ps: when.
+        deeper_by: how much more it may be at any other instant [mm].
         between: it lies between two samples.
     """
 
@@ -53,57 +41,8 @@ class Interval:
     end_ps: int
     deepest: float = 0.0
     deepest_ps: int = 0
+    deeper_by: float = 0.0
     between: bool = False
-
-
-@wp.kernel
-def flag_touches(
-    path: PathArrays,
-    chains: ChainArrays,
-    scene: SceneArrays,
-    instants: InstantArrays,
-    pair: wp.int32,
-    touch_out: wp.array[wp.int32],
-):
-    """One thread per instant: does the pair touch?"""
-    i = wp.tid()
-    pose = pair_pose(path, chains, pair, instants.piece[i], instants.time_ps[i])
-    if bodies_touch(scene, pair, pose).touch:
-        touch_out[i] = 1
-
-
-@wp.kernel
-def measure_depths(
-    path: PathArrays,
-    chains: ChainArrays,
-    place: wp.vec3i,  # pair, piece, 1 when the points belong to body a
-    time_ps: wp.int64,
-    points: wp.array[wp.vec3d],
-    triangles: wp.array[wp.mat33d],
-    depth_out: wp.array[wp.float64],
-):
-    """One thread per vertex: its distance from the other body's surface where it lies inside."""
-    i = wp.tid()
-    pose = pair_pose(path, chains, place[0], place[1], time_ps)
-    if place[2] == 1:
-        pose = inverse(pose)
-    p = pose.R * points[i] + pose.t
-    nearest = wp.float64(1.0e30)
-    winding = wp.float64(0.0)
-    for j in range(triangles.shape[0]):
-        t = triangles[j]
-        a = t[0] - p
-        b = t[1] - p
-        c = t[2] - p
-        v = nearest_on_triangle(a, b, c)
-        nearest = wp.min(nearest, wp.dot(v, v))
-        la = wp.length(a)
-        lb = wp.length(b)
-        lc = wp.length(c)
-        below = la * lb * lc + wp.dot(a, b) * lc + wp.dot(b, c) * la + wp.dot(c, a) * lb
-        winding += wp.atan2(wp.dot(a, wp.cross(b, c)), below)
-    if wp.abs(winding) > wp.float64(0.5) * HALF_SPHERE:
-        depth_out[i] = wp.sqrt(nearest)
 
 
 def contact_intervals(searcher: Searcher, span: Span) -> list[Interval]:
@@ -121,8 +60,24 @@ def contact_intervals(searcher: Searcher, span: Span) -> list[Interval]:
                     )
                 else:
                     merged.append(interval)
-            found += [_with_depth(searcher, interval) for interval in merged]
-    return sorted(found, key=lambda i: (i.start_ps, i.pair))
+            found += merged
+    return sorted(_with_depths(searcher, found), key=lambda i: (i.start_ps, i.pair))
+
+
+def _with_depths(searcher: Searcher, intervals: list[Interval]) -> list[Interval]:
+    """The intervals with their depths, pair by pair."""
+    pairs = sorted({interval.pair for interval in intervals})
+    gauge = DepthGauge(searcher, pairs) if pairs else None
+    found: list[Interval] = []
+    for row, pair in enumerate(pairs):
+        own = [interval for interval in intervals if interval.pair == pair]
+        assert gauge is not None
+        depths = gauge.deepest(row, [(i.start_ps, i.end_ps) for i in own])
+        found += [
+            replace(i, deepest=d.deepest, deepest_ps=d.time_ps, deeper_by=d.within)
+            for i, d in zip(own, depths, strict=True)
+        ]
+    return found
 
 
 def _only(searcher: Searcher, pair: int) -> Searcher:
@@ -169,9 +124,8 @@ def _lasting(searcher: Searcher, span: Span, pair: int, sample: int) -> tuple[in
     start = end = -1
     period = searcher.settings.period_ps
     rest = replace(span, start_ps=max(span.start_ps, (sample - 1) * period + 1))
-    for first in windows(searcher.path, rest, WINDOW, period):
-        instants = window(searcher.path, rest, first, WINDOW, period)
-        touches = _touches(searcher, instants, pair)
+    for instants in _growing(searcher, rest):
+        touches = touches_at(searcher, instants, pair)
         if start < 0:
             begin = int(np.argmax(touches))
             start = end = int(instants.time_ps[begin])
@@ -184,55 +138,17 @@ def _lasting(searcher: Searcher, span: Span, pair: int, sample: int) -> tuple[in
     return start, end, None
 
 
-def _touches(searcher: Searcher, instants: Instants, pair: int) -> NDArray[np.bool_]:
-    scene = searcher.scene
-    flags = wp.zeros(len(instants), dtype=wp.int32, device=scene.device)
-    wp.launch(
-        flag_touches,
-        dim=len(instants),
-        inputs=[
-            searcher.arrays,
-            scene.chains,
-            scene.arrays,
-            instant_arrays(instants, scene.device),
-            pair,
-        ],
-        outputs=[flags],
-        device=scene.device,
-    )
-    return np.asarray(flags.numpy() != 0)
-
-
-def _with_depth(searcher: Searcher, interval: Interval) -> Interval:
-    times = np.unique(np.linspace(interval.start_ps, interval.end_ps, DEPTH_INSTANTS)).astype(int)
-    depths = [_depth(searcher, interval.pair, int(time)) for time in times]
-    deepest = int(np.argmax(depths))
-    return replace(interval, deepest=depths[deepest], deepest_ps=int(times[deepest]))
-
-
-def _depth(searcher: Searcher, pair: int, time_ps: int) -> float:
-    """Largest depth of a vertex of either body inside the other [mm]."""
-    scene = searcher.scene
-    # Inside and outside need the whole closed bodies, whatever was left out of the search.
-    shapes = [np.concatenate([p.triangles for p in s.parts]) for s in scene.shapes[pair]]
-    piece = int(searcher.path.piece_at(np.array([time_ps]))[0])
-    deepest = 0.0
-    for own, other, of_a in ((shapes[1], shapes[0], 0), (shapes[0], shapes[1], 1)):
-        points = np.unique(own.reshape(-1, 3), axis=0)
-        depths = wp.zeros(len(points), dtype=wp.float64, device=scene.device)
-        wp.launch(
-            measure_depths,
-            dim=len(points),
-            inputs=[
-                searcher.arrays,
-                scene.chains,
-                wp.vec3i(pair, piece, of_a),
-                time_ps,
-                wp.array(points, dtype=wp.vec3d, device=scene.device),
-                wp.array(other, dtype=wp.mat33d, device=scene.device),
-            ],
-            outputs=[depths],
-            device=scene.device,
-        )
-        deepest = max(deepest, float(depths.numpy().max()))
-    return deepest
+def _growing(searcher: Searcher, span: Span) -> Iterator[Instants]:
+    """Yield the instants of a span in windows that grow; a long dwell is passed over."""
+    path, period = searcher.path, searcher.settings.period_ps
+    count, start = FIRST_WINDOW, span.start_ps
+    while start <= span.end_ps:
+        for first in windows(path, replace(span, start_ps=start), count, period):
+            instants = window(path, replace(span, start_ps=start), first, count, period)
+            start = (first + count - 1) * period + 1
+            if len(instants):
+                yield instants
+            break
+        else:
+            return
+        count = min(2 * count, LAST_WINDOW)
