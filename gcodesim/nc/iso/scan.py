@@ -72,7 +72,13 @@ POWERS = 10.0 ** np.arange(DIGITS + 1)
 
 
 def scan(
-    lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str], shortest: int = 1
+    lines: Lines,
+    first: int,
+    last: int,
+    axes: str,
+    ignored: frozenset[str],
+    shortest: int = 1,
+    points: frozenset[str] = frozenset(),
 ) -> Columns:
     """Read lines first to last (excluded) into columns.
 
@@ -83,6 +89,7 @@ def scan(
         axes: axis letters of the machine.
         ignored: letters that are dropped and counted.
         shortest: lines of the shortest run.
+        points: letters for which it matters whether their numbers have a decimal point.
     """
     data = lines.data[lines.bounds[first] : lines.bounds[last] - 1] + b"\n"
     # Eight characters in front let every number be read as a whole word.
@@ -105,12 +112,14 @@ def scan(
     plain[line[:-1][bad]] = False
 
     letter = np.flatnonzero(kind == LETTER)
-    value, exact = _values(text, marks, kind, letter)
+    value, exact, bare = _values(text, marks, kind, letter)
     word_line, name = line[letter], np.frombuffer(text, np.uint8)[marks[letter]]
     plain[word_line[~exact]] = False
     words = Columns(first, plain[:count], np.ones(count, bool), {}, {})
     words.blank[word_line[word_line < count]] = False
-    _into_columns(words, word_line, name, value, axes, ignored)
+    found = _into_columns(words, word_line, name, value, axes, ignored)
+    for column in points & found.keys():
+        _note_bare(words, column, word_line, found[column], bare, value)
     _check(words)
     words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
     words.find_runs(shortest)
@@ -119,8 +128,12 @@ def scan(
 
 def _values(
     text: bytes, marks: Ints, kind: NDArray[np.uint8], letter: Ints
-) -> tuple[Floats, Bools]:
-    """Return the numbers after the letters, and which of them are short enough to be exact."""
+) -> tuple[Floats, Bools, Bools]:
+    """Return the numbers after the letters, and two properties of each.
+
+    Returns:
+        the numbers; whether they are short enough to be exact; whether they have no decimal point.
+    """
     before = letter + (kind[letter + 1] == SIGN)
     point = kind[before + 1] == POINT
     begin, middle, end = marks[before], marks[before + 1], marks[before + point + 1]
@@ -143,7 +156,7 @@ def _values(
     # The character after the letter is a minus only where there is a sign.
     negative = np.frombuffer(text, np.uint8)[marks[letter] + 1] == ord("-")
     np.negative(value, out=value, where=negative)
-    return value, exact
+    return value, exact, ~point
 
 
 def _digits(digits: NDArray[np.uint64]) -> Floats:
@@ -164,17 +177,21 @@ def _into_columns(
     value: Floats,
     axes: str,
     ignored: frozenset[str],
-) -> None:
-    """Sort the words by letter; a letter that is not plain, or comes twice, spoils its line."""
+) -> dict[str, Ints]:
+    """Sort the words by letter; a letter that is not plain, or comes twice, spoils its line.
+
+    Return which words have been sorted, by their letter.
+    """
     count = len(words.plain)
     known, met = np.zeros(256, bool), np.bincount(name, minlength=256)
     for letter in {*PLAIN_WORDS, *axes} | ignored:
         known[ord(letter)] = True
     words.plain[line[~known[name]]] = False
+    sorted_words = {}
     for letter in (*PLAIN_WORDS, *axes):
         if letter in ignored - NEVER_IGNORED or not met[ord(letter)]:
             continue
-        found = np.flatnonzero(name == ord(letter))
+        found = sorted_words[letter] = np.flatnonzero(name == ord(letter))
         where = line[found]
         words.plain[where[1:][where[1:] == where[:-1]]] = False
         words.has[letter] = np.zeros(count, bool)
@@ -185,6 +202,17 @@ def _into_columns(
     for letter, found in sorted(first_met.items(), key=lambda item: item[1][:1].tolist()):
         if len(found):
             words.ignored[letter] = np.bincount(line[found], minlength=count)
+    return sorted_words
+
+
+def _note_bare(
+    words: Columns, letter: str, line: Ints, found: Ints, bare: Bools, value: Floats
+) -> None:
+    """Keep on which lines a letter has a number without a decimal point, other than 0."""
+    at = found[bare[found] & (value[found] != 0.0)]
+    if len(at):
+        words.bare[letter] = np.zeros(len(words.plain), bool)
+        words.bare[letter][line[at]] = True
 
 
 def _check(words: Columns) -> None:
