@@ -96,6 +96,8 @@ def check_once(
         control = control_for(machine, *options.language)
         control = settled(text, replace(control, main_program=options.main_program or ""))
         meaning = interpret(text, control, name, progress)
+        # Rapids run as in the dialect that the text or an option has told.
+        machine = replace(machine, readings=control.readings)
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)

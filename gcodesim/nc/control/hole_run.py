@@ -99,6 +99,7 @@ class HoleRun(PlainRun):
         positions = self._positions(points)
         self._record_holes(positions, before)
         self._leave(points, positions)
+        self._count_bare(before)
         return self.count
 
     def _changed(self) -> Bools:

@@ -22,6 +22,7 @@ from gcodesim.nc.control.columns import (
     Ints,
 )
 from gcodesim.nc.control.modal import Motion, TipControl
+from gcodesim.nc.control.readings import BOTH
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.wrap import unwound
 from gcodesim.nc.program import AXES, PLANES, FeedMode, Kind
@@ -98,6 +99,7 @@ class PlainRun:
         positions = self._positions(points)
         self._record(points, positions, centres, before)
         self._leave(points, positions)
+        self._count_bare(before)
         return self.count
 
     def _any(self, letters: Iterable[str]) -> Bools:
@@ -135,6 +137,15 @@ class PlainRun:
         for bare in self.bare.values():
             found |= bare[: self.count]
         return found
+
+    def _count_bare(self, before: int) -> None:
+        """Count the lines for which it matters how numbers without a decimal point are read."""
+        at = np.flatnonzero(self._bare_lines())
+        reading = self.state.control.readings.no_point
+        if len(at) and reading == "open":
+            self.state.count_again("no_point_open", len(at))
+        elif len(at) and reading == BOTH:
+            self.state.meet("no_point", self._first_row(before) + int(at[0]), len(at))
 
     def _unsaid(self) -> Bools:
         """Return the lines whose numbers without a decimal point nothing has been said about."""
@@ -394,9 +405,6 @@ class PlainRun:
             state.point[i] = float(column[-1])
         for i, column in positions.items():
             state.position[i] = float(column[-1])
-        bare = int(np.count_nonzero(self._bare_lines()))
-        if bare and state.control.readings.no_point == "open":
-            state.count_again("no_point_open", bare)
         for letter, counts in self.columns.ignored.items():
             if times := int(counts[self.begin : self.begin + self.count].sum()):
                 state.ignored[f"word {letter}"] += times

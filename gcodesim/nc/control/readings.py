@@ -55,9 +55,9 @@ class Readings:
     """
 
     dialect: Dialect
-    no_point: Literal["units", "increment", "open"] = _key(
+    no_point: Literal["units", "increment", "both", "open"] = _key(
         "lengths and angles written without a decimal point: millimetres, inches and degrees, or "
-        "increments; open: not known, followed as units",
+        "increments; open: followed as units, and INCONCLUSIVE",
         "units",
     )
     increment_mm: float = _key("increment of lengths under G21 [mm]", 0.001, gt=0)
@@ -221,10 +221,13 @@ class Readings:
 BOTH: Literal["both"] = "both"
 """Value of a key that is not known: the first way is taken, and the check varies it."""
 
+OPEN = "open"
+"""Value of a key that is not known, and no way to read anything."""
+
 ROWS: dict[str, Readings] = {
     "fanuc": Readings(
         dialect="fanuc",
-        no_point="open",
+        no_point=BOTH,
         m_per_block="three",
         m6_order=BOTH,
         rapids=BOTH,
@@ -235,7 +238,7 @@ ROWS: dict[str, Readings] = {
     ),
     "haas": Readings(
         dialect="haas",
-        no_point="open",
+        no_point=BOTH,
         m_per_block="open",
         m6_order=BOTH,
         rapids=BOTH,
@@ -295,7 +298,7 @@ ROWS: dict[str, Readings] = {
 @cache
 def ways_of(key: str) -> tuple[str, ...]:
     """Return the ways a key may be read, the one that is taken first in front."""
-    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way != BOTH)
+    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way not in (BOTH, OPEN))
 
 
 @cache

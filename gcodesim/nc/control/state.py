@@ -278,9 +278,12 @@ class State:
         value: str = getattr(self.control.readings, key)
         if value != BOTH:
             return value
-        met = self.met.setdefault(key, ReadingMet(key, self.place.row, 0))
-        met.count += 1
+        self.meet(key, self.place.row)
         return ways_of(key)[0]
+
+    def meet(self, key: str, row: int, times: int = 1) -> None:
+        """Count that the program depends on a key that is not known, first in a row."""
+        self.met.setdefault(key, ReadingMet(key, row, 0)).count += times
 
     def turn_spindle(self, spindle: Spindle) -> None:
         """Let the spindle turn, or stand, from here on."""

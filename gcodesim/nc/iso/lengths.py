@@ -49,7 +49,9 @@ def settle_bare(state: IsoState, block: Block) -> None:
 
 
 def report_bare(state: IsoState, block: Block) -> None:
-    """Say that a number without a decimal point may mean something else."""
+    """Say that a number without a decimal point may mean something else, where it may."""
+    if state.reading("no_point") != "open":
+        return
     at = block.bare[0]
     if isinstance(at, int):
         letter, value = block.arguments[at]

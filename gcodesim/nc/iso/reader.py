@@ -174,7 +174,7 @@ class IsoReader(Language[Block]):
             action(state, block, number)
         if not state.is_unit_told:
             report_unit(state, block)
-        if block.bare and self.control.readings.no_point == "open":
+        if block.bare:
             report_bare(state, block)
         if waiting is not None or block.corner[0]:
             self._check_corner(block, waiting)
