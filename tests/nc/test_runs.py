@@ -27,6 +27,9 @@ CONTROLS = [
     {"axes": "XYZ", "program_unit": "inch", "block_delete": True},
     {"axes": "XYZAC", "max_blocks": 23, "tools": TOOLS},
     {"axes": "XYZA", "ignore_words": ("M", "S", "T")},
+    {"axes": "XYZAC", "no_point": "both", "wrap": {"C": "shortest"}},
+    {"axes": "XYZAC", "no_point": "increment", "program_unit": None},
+    {"axes": "XYZ", "no_point": "open", "program_unit": None, "unit": "inch"},
     {"axes": "XYZAC", "kinematics": TableTilt(), "wrap": {"C": "shortest"}, "tcp_rotary_feed": 7.0},
 ]
 
