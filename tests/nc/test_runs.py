@@ -149,7 +149,15 @@ def assert_equal(fast, slow):
         mine, theirs = getattr(fast.program, column), getattr(slow.program, column)
         assert mine.dtype == theirs.dtype
         assert mine.tobytes() == theirs.tobytes(), column
-    for name in ("findings", "blocks", "last_line", "ignored", "unsupported", "stopped", "readings"):
+    for name in (
+        "findings",
+        "blocks",
+        "last_line",
+        "ignored",
+        "unsupported",
+        "stopped",
+        "readings",
+    ):
         assert getattr(fast, name) == getattr(slow, name), name
 
 

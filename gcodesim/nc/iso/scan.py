@@ -117,9 +117,10 @@ def scan(
     plain[word_line[~exact]] = False
     words = Columns(first, plain[:count], np.ones(count, bool), {}, {})
     words.blank[word_line[word_line < count]] = False
-    found = _into_columns(words, word_line, name, value, axes, ignored)
-    for column in points & found.keys():
-        _note_bare(words, column, word_line, found[column], bare, value)
+    _into_columns(words, word_line, name, value, axes, ignored)
+    if points:
+        at = np.flatnonzero(bare & (value != 0.0))
+        _note_bare(words, word_line[at], name[at], points - ignored)
     _check(words)
     words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
     words.find_runs(shortest)
@@ -177,21 +178,17 @@ def _into_columns(
     value: Floats,
     axes: str,
     ignored: frozenset[str],
-) -> dict[str, Ints]:
-    """Sort the words by letter; a letter that is not plain, or comes twice, spoils its line.
-
-    Return which words have been sorted, by their letter.
-    """
+) -> None:
+    """Sort the words by letter; a letter that is not plain, or comes twice, spoils its line."""
     count = len(words.plain)
     known, met = np.zeros(256, bool), np.bincount(name, minlength=256)
     for letter in {*PLAIN_WORDS, *axes} | ignored:
         known[ord(letter)] = True
     words.plain[line[~known[name]]] = False
-    sorted_words = {}
     for letter in (*PLAIN_WORDS, *axes):
         if letter in ignored - NEVER_IGNORED or not met[ord(letter)]:
             continue
-        found = sorted_words[letter] = np.flatnonzero(name == ord(letter))
+        found = np.flatnonzero(name == ord(letter))
         where = line[found]
         words.plain[where[1:][where[1:] == where[:-1]]] = False
         words.has[letter] = np.zeros(count, bool)
@@ -202,17 +199,19 @@ def _into_columns(
     for letter, found in sorted(first_met.items(), key=lambda item: item[1][:1].tolist()):
         if len(found):
             words.ignored[letter] = np.bincount(line[found], minlength=count)
-    return sorted_words
 
 
 def _note_bare(
-    words: Columns, letter: str, line: Ints, found: Ints, bare: Bools, value: Floats
+    words: Columns, line: Ints, name: NDArray[np.uint8], letters: frozenset[str]
 ) -> None:
-    """Keep on which lines a letter has a number without a decimal point, other than 0."""
-    at = found[bare[found] & (value[found] != 0.0)]
-    if len(at):
-        words.bare[letter] = np.zeros(len(words.plain), bool)
-        words.bare[letter][line[at]] = True
+    """Keep which lines hold which of the letters, among words without a decimal point."""
+    wanted = np.zeros(256, bool)
+    wanted[[ord(letter) for letter in letters]] = True
+    at = wanted[name]
+    line, name = line[at], name[at]
+    for code in np.flatnonzero(np.bincount(name, minlength=256)):
+        column = words.bare[chr(code)] = np.zeros(len(words.plain), bool)
+        column[line[name == code]] = True
 
 
 def _check(words: Columns) -> None:
