@@ -11,6 +11,7 @@ from gcodesim.policy.policy import Policy
 
 HEAD = "G21 G90 G17 G54 G0\nT1 M6\n"
 KNOWN = {
+    "no_point": "units",
     "rapids": "linear",
     "g28_no_axes": "all",
     "length_after_reference": "kept",

@@ -297,7 +297,13 @@ def _readings(meaning: Interpretation, machine: Machine) -> tuple[ReadingTaken, 
     if machine.readings.rapids == BOTH and (bent := may_bend(meaning.program)):
         met.append(ReadingMet("rapids", *bent))
     return tuple(
-        ReadingTaken(each.key, ways_of(each.key)[0], False, meaning.place(each.line)[1], each.count)
+        ReadingTaken(
+            each.key,
+            each.value or ways_of(each.key)[0],
+            False,
+            meaning.place(each.line)[1],
+            each.count,
+        )
         for each in met
     )
 

@@ -23,6 +23,7 @@ from gcodesim.motion.path import Path
 from gcodesim.motion.planner import plan
 from gcodesim.motion.samples import sample_count, tool_times
 from gcodesim.nc.control.interpreter import Interpretation
+from gcodesim.nc.control.readings import is_varied
 from gcodesim.nc.interpret import interpret, settled
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def check_program(
         UsageError: the dialect or the device is not known.
     """
     result = check_once(text, name, machine, options, progress, notice)
-    if not result.coverage.readings:
+    if not any(is_varied(reading.key) for reading in result.coverage.readings):
         return result
     # Another way of reading only has to show whether it hits something.
     quick = replace(options, minimum=False, nearest=False, stop_all=False, audit=False)
@@ -95,6 +96,8 @@ def check_once(
         control = control_for(machine, *options.language)
         control = settled(text, replace(control, main_program=options.main_program or ""))
         meaning = interpret(text, control, name, progress)
+        # Rapids run as in the dialect that the text or an option has told.
+        machine = replace(machine, readings=control.readings)
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)

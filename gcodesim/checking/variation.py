@@ -9,7 +9,7 @@ from gcodesim.checking.verdict import PASS, CheckResult, ReadingTaken
 from gcodesim.findings.codes import FAIL, Finding
 from gcodesim.findings.fingerprints import likeness
 from gcodesim.findings.meanings import MEANINGS
-from gcodesim.nc.control.readings import ways_of
+from gcodesim.nc.control.readings import is_varied, ways_of
 
 TOGETHER = "together"
 """In place of a key: all keys changed at once."""
@@ -30,6 +30,9 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
     readings, findings = [], list(first.findings)
     changed: dict[str, str] = {}
     for reading in first.coverage.readings:
+        if not is_varied(reading.key):
+            readings.append(reading)
+            continue
         others = {way: again({reading.key: way}) for way in ways_of(reading.key)[1:]}
         changed[reading.key] = next(iter(others))
         agrees = all(_agrees(first, result) for result in others.values())
@@ -38,7 +41,7 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
         findings += _differences(first, reading, others)
     if len(changed) > 1:
         result = again(changed)
-        line = min(reading.line for reading in readings)
+        line = min(reading.line for reading in readings if reading.varied)
         agrees, verdict = _agrees(first, result), result.verdict
         all_keys = ReadingTaken(TOGETHER, ", ".join(changed), True, line, 1, verdict, agrees)
         readings.append(all_keys)

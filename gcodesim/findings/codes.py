@@ -55,6 +55,7 @@ CODES: dict[str, Code] = {
     "GC427": Code("reading that depends on the control", "warning", INCONCLUSIVE),
     "GC430": Code("worth knowing", "note", NOTED),
     "GC431": Code("length of another tool", "warning", NOTED),
+    "GC432": Code("unit of lengths that the program leaves out", "warning", NOTED),
     "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
     "GC502": Code("links touch at rest", "warning", NOTED),
     "GC503": Code("suspicious unit of a mesh", "warning", NOTED),

@@ -53,6 +53,7 @@ ADVICE: dict[str, str] = {
     "and write the key under `control:` in the machine file.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",
     "GC431": "Correct H, unless the length of this tool is kept under another number on purpose.",
+    "GC432": "Write G20 or G21 at the beginning: a control keeps the unit of the program before.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
     "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",
     "GC503": "Set `units:` of the machine file: the mesh is far larger or smaller than the travel.",

@@ -114,6 +114,11 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "g28_without_axes": ("GC430", "every axis goes to the reference point"),
     "spindle_off_feed": ("GC430", "reported once; start the spindle with M3 or M4 before"),
     "dialect_told": ("GC430", "--dialect, or the machine file, may name another"),
+    "no_point_open": ("GC427", "give control: {no_point: units | increment}"),
+    "m_per_block_open": ("GC427", "give control: {m_per_block: any | one}"),
+    "too_many_m": ("GC401", "write a block for each M code"),
+    "unit_assumed": ("GC432", "write G20 or G21, or give control: {program_unit: mm | inch}"),
+    "unit_open": ("GC427", "write G20 or G21, or give control: {program_unit: mm | inch}"),
     "same_group_last": ("GC430", "the last code of a group counts on this control"),
     "exact_path_assumed": ("GC430", "gcodesim follows the exact path; a control rounds corners"),
 }

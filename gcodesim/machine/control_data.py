@@ -42,6 +42,7 @@ def control_for(
         offsets=machine.offsets,
         reference=machine.reference,
         feed=feed,
+        unit=machine.unit,
         wrap={joint.name: joint.wrap for joint in machine.joints if joint.rotary},
         travel={joint.name: (joint.lower, joint.upper) for joint in machine.joints},
         block_delete=block_delete,
@@ -68,6 +69,7 @@ def bare_control(
         tools=_tool_table(read_tools(tools)) if tools else None,
         offsets={number: ZeroPoint() for number in range(1, 10)},
         feed=feed,
+        unit="mm",
         block_delete=block_delete,
         max_blocks=max_blocks,
     )

@@ -21,7 +21,7 @@ HEAD = """\
 name: {name}
 verified: false              # the model was not measured on the real machine: reports say so
 units: mm                    # of mesh files, when there are any
-dialect: fanuc               # fanuc | haas | linuxcnc | auto (the text tells it)
+dialect: auto                # auto: the text tells it; or fanuc | haas | linuxcnc
 
 """
 
@@ -43,6 +43,9 @@ start: {{{home}}}
 
 # Left out, `pairs` are every two links with a moving joint between them, less neighbours.
 control:                     # what parameters of the control decide: look them up, or write `both`
+  no_point: units            # X100 without a decimal point: 100 mm (units) or 0.1 mm (increment)
+  program_unit: mm           # of programs without G20 and G21: mm | inch
+  m6_order: first            # M6 beside motion words: changes the tool first, or last
   rapids: linear             # linear: straight; dogleg: every axis at its own rate
   g28_no_axes: all           # G28 without axis words: all | none go
   length_after_reference: kept    # tool length after G28 G30 G53 of Z: kept | cancelled

@@ -73,6 +73,7 @@ def load_machine(
         **_positions(file, job, joints, source),
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
+        unit=file.units if "units" in file.model_fields_set else None,
         given=given,
         path_tolerance=file.path_tolerance.model_dump(),
         time=file.time,

@@ -192,6 +192,7 @@ class Machine:
         readings: how its control reads programs.
         given: those of them that the machine file gives; they hold under every dialect.
         is_dialect_told: the file says `dialect: auto`: the text of each program tells its dialect.
+        unit: of lengths in its files, mm | inch | m, None where the machine file leaves it out.
         path_tolerance: "G64" and "rapid" -> distance from the path [mm], None: unknown.
         time: how speeds change: constant | acceleration | jerk; see motion/profiles.py.
         findings: GC5xx about the model.
@@ -213,6 +214,7 @@ class Machine:
     readings: Readings
     given: Mapping[str, Any] = field(default_factory=dict)
     is_dialect_told: bool = False
+    unit: str | None = None
     path_tolerance: Mapping[str, float | None] = field(default_factory=dict)
     time: str = "constant"
     cutting: tuple[Pair, ...] = ()

@@ -297,7 +297,11 @@ class MachineFile(Section):
 
     name: Name
     verified: bool = Field(default=False, description="someone has measured the real machine")
-    units: Unit = Field(default="mm", description="of the mesh files")
+    units: Unit = Field(
+        default="mm",
+        description="of the mesh files; and of programs without G20 and G21, where `control` has "
+        "no `program_unit`",
+    )
     dialect: Dialect | Literal["auto"] = Field(
         default="fanuc",
         description="row of values for what `control` leaves out; auto: the program tells it",

@@ -17,6 +17,7 @@ from gcodesim.machine.loading import load_machine
 
 MACHINE = """\
 name: small
+units: mm
 verified: true
 links:
   bed: {box: {size: [400, 100, 20], center: [0, 0, -60]}}
@@ -35,6 +36,7 @@ tool:
       {name: holder, cylinder: {radius: 15, height: 20, center: [0, 0, 120]}},
       {name: flute, cylinder: {radius: 3, height: 40, center: [0, 0, 90]}}]}
 work: {link: X, offsets: {G54: {}}}
+control: {no_point: units}
 path_tolerance: {G64: 0, rapid: 0}
 """  # noqa: E501 (one line per joint)
 ONCE, ALL = gcodesim.Options(device="cpu"), gcodesim.Options(device="cpu", stop_all=True)
@@ -47,6 +49,7 @@ class Case:
     Attributes:
         code: the code.
         program: blocks between the start and M30.
+        unit: code that the start begins with.
         machine: texts of the machine file that are replaced.
         bodies: what the setup clamps, as YAML.
         options: of the check.
@@ -57,6 +60,7 @@ class Case:
     machine: tuple[tuple[str, str], ...] = ()
     bodies: str = ""
     options: gcodesim.Options = ALL
+    unit: str = "G21"
 
 
 def block(role: str, x: float = 0.0, size: str = "20, 20", top: float = 50.0) -> str:
@@ -112,12 +116,13 @@ LANGUAGE = [
     Case(
         "GC427",
         "G0 X-60\nG0 X60 Z-30",
-        machine=(("work:", "control: {rapids: both}\nwork:"),),
+        machine=(("no_point: units", "no_point: units, rapids: both"),),
         bodies=block("fixture"),
     ),
     Case("GC426", "G0 Z-25", bodies=block("stock")),
     Case("GC430", "G1 X10 F100"),
     Case("GC431", "T1 M6\nG43 H2"),
+    Case("GC432", "G0 X1.", unit=""),
 ]
 POLICY = [
     Case("GC601", "G0 X1 (gcodesim: ignore nothing)"),
@@ -127,7 +132,7 @@ POLICY = [
 MODELS = [
     Case("GC501", machine=(MESH,)),
     Case("GC502", machine=(("work:", "start: {Z: -80}\nwork:"),)),
-    Case("GC503", machine=(MESH, ("name: small", "name: small\nunits: m"))),
+    Case("GC503", machine=(MESH, ("units: mm", "units: m"))),
     Case("GC504", machine=(MESH,)),
 ]
 POLE = """\
@@ -162,7 +167,7 @@ def changed(case: Case, model: Path) -> Path:
 
 def raised(case: Case, model: Path) -> list[str]:
     """Codes of the findings of a program."""
-    (model.parent / "a.nc").write_text(f"G21 G90 G94 G54\n{case.program}\nM30\n")
+    (model.parent / "a.nc").write_text(f"{case.unit} G90 G94 G54\n{case.program}\nM30\n")
     setup = model.parent / "setup.yaml"
     setup.write_text(f"machine: small.yaml\nbodies: {{{case.bodies}}}\n")
     machine = changed(case, model)

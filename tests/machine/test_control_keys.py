@@ -11,6 +11,12 @@ from gcodesim.machine.loading import load_machine
 from gcodesim.nc.control.readings import ROWS, Readings
 
 GIVEN = {
+    "no_point": "increment",
+    "increment_mm": 0.01,
+    "increment_inch": 0.001,
+    "increment_deg": 0.01,
+    "m_per_block": "one",
+    "m6_order": "last",
     "program_unit": "inch",
     "cycle_return": "G99",
     "rapids": "dogleg",
@@ -109,7 +115,8 @@ def test_r_and_ijk_is_no_tolerance_any_more(changed):
 @pytest.mark.parametrize(
     ("given", "key", "text"),
     [
-        ("no_point: units", "no_point", "unknown key"),
+        ("no_point: inch", "no_point", "'units', 'increment', 'both' or 'open'"),
+        ("increment_mm: 0", "increment_mm", "greater than 0"),
         ("dialect: haas", "dialect", "unknown key"),
         ("peck_back: 1", "peck_back", "did you mean 'peck_backoff'"),
         ("rapids: bent", "rapids", "'linear', 'dogleg' or 'both', not 'bent'"),

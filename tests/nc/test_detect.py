@@ -109,7 +109,7 @@ def test_the_text_tells_the_dialect_only_where_nothing_else_does(control):
     (note,) = told.findings
     assert (note.code, note.meaning) == ("GC430", "dialect_told")
     assert "dialect linuxcnc, by line 1: #<a>=1" in note.message
-    (note,) = interpret("G0 X1\nM30", control(given={})).findings
+    (note,) = interpret("G21 G0 X1\nM30", control(given={})).findings
     assert "dialect assumed: fanuc; nothing in the text decides" in note.message
     assert interpret("G0 X1\nM30", control()).findings == ()
 

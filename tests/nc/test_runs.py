@@ -27,6 +27,9 @@ CONTROLS = [
     {"axes": "XYZ", "program_unit": "inch", "block_delete": True},
     {"axes": "XYZAC", "max_blocks": 23, "tools": TOOLS},
     {"axes": "XYZA", "ignore_words": ("M", "S", "T")},
+    {"axes": "XYZAC", "no_point": "both", "wrap": {"C": "shortest"}},
+    {"axes": "XYZAC", "no_point": "increment", "program_unit": None},
+    {"axes": "XYZ", "no_point": "open", "program_unit": None, "unit": "inch"},
     {"axes": "XYZAC", "kinematics": TableTilt(), "wrap": {"C": "shortest"}, "tcp_rotary_feed": 7.0},
 ]
 
@@ -146,7 +149,15 @@ def assert_equal(fast, slow):
         mine, theirs = getattr(fast.program, column), getattr(slow.program, column)
         assert mine.dtype == theirs.dtype
         assert mine.tobytes() == theirs.tobytes(), column
-    for name in ("findings", "blocks", "last_line", "ignored", "unsupported", "stopped"):
+    for name in (
+        "findings",
+        "blocks",
+        "last_line",
+        "ignored",
+        "unsupported",
+        "stopped",
+        "readings",
+    ):
         assert getattr(fast, name) == getattr(slow, name), name
 
 

@@ -153,6 +153,8 @@ def import_ini(path: str) -> Imported:
     zero = dict.fromkeys("XYZ", 0)
     machine.sections["work"] = {"link": work, "offsets": {"G54": zero}}
     machine.sections["start"] = _start(ini, machine, letters)
+    if _unit(ini, "LINEAR_UNITS", LINEAR_UNITS) == LINEAR_UNITS["inch"]:
+        machine.sections["control"] = {"program_unit": "inch"}
     machine.remarks += _left_behind(ini, letters)
     return machine
 

@@ -38,6 +38,8 @@ class Columns:
         plain, blank: the line is plain; it holds no word at all; shape (n,) each.
         has, value: letter -> whether, and with which value, the line holds it, shape (n,) each.
         ignored: ignored letter -> how often each line holds it, in the order first met.
+        bare: letter -> whether its number has no decimal point and is not 0, shape (n,), of letters
+            for which that matters and where it happens.
         run_end: index of the next line that is not plain, shape (n,), counted from `first`.
         next_run: index of the next line at which a run long enough may begin, shape (n,).
     """
@@ -48,6 +50,7 @@ class Columns:
     has: dict[str, Bools]
     value: dict[str, Floats]
     ignored: dict[str, Ints] = field(default_factory=dict)
+    bare: dict[str, Bools] = field(default_factory=dict)
     run_end: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
     next_run: Ints = field(default_factory=lambda: np.zeros(0, np.int64))
 

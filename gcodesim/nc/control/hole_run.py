@@ -90,7 +90,7 @@ class HoleRun(PlainRun):
 
     def carry_out(self, before: int) -> int:
         """Record the holes and leave the state as the last line does; return how many lines."""
-        self._cut(self._changed() | self._without_tool())
+        self._cut(self._changed() | self._without_tool() | self._unsaid())
         self._cut(self._unfed(self.moves))
         self._cut(np.cumsum(self.moves) > MOST_ROWS // (1 + len(self.pattern.kind)))
         if not self.count:
@@ -99,6 +99,7 @@ class HoleRun(PlainRun):
         positions = self._positions(points)
         self._record_holes(positions, before)
         self._leave(points, positions)
+        self._count_bare(before)
         return self.count
 
     def _changed(self) -> Bools:

@@ -22,6 +22,7 @@ from gcodesim.nc.control.columns import (
     Ints,
 )
 from gcodesim.nc.control.modal import Motion, TipControl
+from gcodesim.nc.control.readings import BOTH
 from gcodesim.nc.control.state import State
 from gcodesim.nc.control.wrap import unwound
 from gcodesim.nc.program import AXES, PLANES, FeedMode, Kind
@@ -38,6 +39,8 @@ KINDS = np.array([Kind.RAPID, Kind.FEED, Kind.ARC, Kind.ARC], np.uint8)
 
 NONE = np.zeros(0)
 
+ROTARY = "ABC"
+
 KNOWN = {MOTION, SPEED, TOOL, "F", "R", *CENTRE_WORDS, *AXES}
 """Columns that are understood here; a line with another one needs the language itself."""
 
@@ -47,6 +50,7 @@ class PlainRun:
 
     Attributes:
         has, value: letter -> columns of the run's lines.
+        bare: columns of the run's lines, see Columns.
         motion: Motion of every line; greater for cycles of the language.
         arcs, moves: the line is an arc; it is that or has axis words.
     """
@@ -56,6 +60,13 @@ class PlainRun:
         self.count = end - begin
         self.has = {k: v[begin:end] for k, v in columns.has.items() if v[begin:end].any()}
         self.value = {k: columns.value[k][begin:end] for k in self.has}
+        self.bare = {k: v[begin:end] for k, v in columns.bare.items() if v[begin:end].any()}
+        if self.bare and state.control.readings.no_point == "increment":
+            for letter, bare in self.bare.items():
+                increment = state.increment(is_angle=letter in ROTARY)
+                self.value[letter] = np.where(
+                    bare, self.value[letter] * increment, self.value[letter]
+                )
         self.axes = [(i, letter) for i, letter in enumerate(AXES) if letter in self.has]
         self.moves = self._any(letter for _, letter in self.axes)
         self.motion = self._filled(MOTION, self.value.get(MOTION, NONE), state.modal.motion)
@@ -71,9 +82,10 @@ class PlainRun:
             before: lines of other texts before this one.
         """
         if self.state.frames.tilted and self.state.modal.tip_control is TipControl.OFF:
-            self._cut(self._any("ABC"))
+            self._cut(self._any(ROTARY))
         angles = self._angles()
         self._cut(self._any(self.has.keys() - KNOWN) | (self.motion > Motion.COUNTER_CLOCKWISE))
+        self._cut(self._unsaid())
         self._cut((self.moves & (self.motion < 0)) | (self.centred & ~self.arcs))
         self._cut(self._without_tool())
         self._cut(self._unfed(self.moves & (self.motion >= Motion.FEED)))
@@ -87,6 +99,7 @@ class PlainRun:
         positions = self._positions(points)
         self._record(points, positions, centres, before)
         self._leave(points, positions)
+        self._count_bare(before)
         return self.count
 
     def _any(self, letters: Iterable[str]) -> Bools:
@@ -117,6 +130,29 @@ class PlainRun:
             return value
         last = np.maximum.accumulate(np.where(has, np.arange(self.count), -1))
         return np.where(last >= 0, value[last], start)
+
+    def _bare_lines(self) -> Bools:
+        """Return which lines hold a number without a decimal point."""
+        found = np.zeros(self.count, bool)
+        for bare in self.bare.values():
+            found |= bare[: self.count]
+        return found
+
+    def _count_bare(self, before: int) -> None:
+        """Count the lines for which it matters how numbers without a decimal point are read."""
+        at = np.flatnonzero(self._bare_lines())
+        reading = self.state.control.readings.no_point
+        if len(at) and reading == "open":
+            self.state.count_again("no_point_open", len(at))
+        elif len(at) and reading == BOTH:
+            self.state.meet("no_point", self._first_row(before) + int(at[0]), len(at))
+
+    def _unsaid(self) -> Bools:
+        """Return the lines whose numbers without a decimal point nothing has been said about."""
+        open_yet = self.state.control.readings.no_point == "open"
+        if open_yet and not self.state.has_reported("no_point_open"):
+            return self._bare_lines()
+        return np.zeros(self.count, bool)
 
     def _without_tool(self) -> Bools:
         """Return the lines that select a tool which the supplied table lacks."""

@@ -55,7 +55,19 @@ class Readings:
     """
 
     dialect: Dialect
-    program_unit: Literal["mm", "inch"] = _key("unit of lengths until G20 or G21", "mm")
+    no_point: Literal["units", "increment", "both", "open"] = _key(
+        "lengths and angles written without a decimal point: millimetres, inches and degrees, or "
+        "increments; open: followed as units, and INCONCLUSIVE",
+        "units",
+    )
+    increment_mm: float = _key("increment of lengths under G21 [mm]", 0.001, gt=0)
+    increment_inch: float = _key("increment of lengths under G20 [inch]", 0.0001, gt=0)
+    increment_deg: float = _key("increment of angles [deg]", 0.001, gt=0)
+    program_unit: Literal["mm", "inch"] | None = _key(
+        "unit of lengths until G20 or G21; without one, `units` of the machine file is taken and "
+        "reported",
+        None,
+    )
     cycle_return: Literal["G98", "G99"] = _key("return level of cycles until G98 or G99", "G98")
     rapids: Literal["linear", "dogleg", "both"] = _key(
         "way of a rapid move: straight, or every axis at its own rate; ask the builder", "linear"
@@ -115,6 +127,13 @@ class Readings:
     )
     same_group: Literal["last", "alarm", "open"] = _key(
         "several G codes of one group in a block: the last counts, an alarm, or not known", "last"
+    )
+    m_per_block: Literal["any", "one", "three", "open"] = _key(
+        "M codes in one block: any number, an alarm above one or three, or not known above one",
+        "any",
+    )
+    m6_order: Literal["first", "last", "both"] = _key(
+        "M6 beside motion words: the tool is changed before the motion, or after it", "first"
     )
     g53_incremental: Literal["ignored", "incremental", "stop", "open"] = _key(
         "G53 under G91: the block does nothing, moves by its words, is an alarm, or is not known",
@@ -202,9 +221,15 @@ class Readings:
 BOTH: Literal["both"] = "both"
 """Value of a key that is not known: the first way is taken, and the check varies it."""
 
+OPEN = "open"
+"""Value of a key that is not known, and no way to read anything."""
+
 ROWS: dict[str, Readings] = {
     "fanuc": Readings(
         dialect="fanuc",
+        no_point=BOTH,
+        m_per_block="three",
+        m6_order=BOTH,
         rapids=BOTH,
         g28_no_axes=BOTH,
         length_after_reference=BOTH,
@@ -213,6 +238,9 @@ ROWS: dict[str, Readings] = {
     ),
     "haas": Readings(
         dialect="haas",
+        no_point=BOTH,
+        m_per_block="open",
+        m6_order=BOTH,
         rapids=BOTH,
         length_after_reference=BOTH,
         dwell_p="point",
@@ -233,6 +261,7 @@ ROWS: dict[str, Readings] = {
     ),
     "linuxcnc": Readings(
         dialect="linuxcnc",
+        program_unit="mm",
         polar_words=True,
         cycle_return="G99",
         dwell_p="s",
@@ -269,22 +298,30 @@ ROWS: dict[str, Readings] = {
 @cache
 def ways_of(key: str) -> tuple[str, ...]:
     """Return the ways a key may be read, the one that is taken first in front."""
-    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way != BOTH)
+    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way not in (BOTH, OPEN))
+
+
+@cache
+def is_varied(key: str) -> bool:
+    """Tell whether a key that is not known is read in all of its ways, one after the other."""
+    return BOTH in get_args(get_type_hints(Readings)[key])
 
 
 @dataclass(slots=True)
 class ReadingMet:
-    """A key that is not known, and where a program depends on it.
+    """A key that nothing gives, and where a program depends on it.
 
     Attributes:
         key: field of Readings.
         line: row of the first line that depends on it.
         count: how often.
+        value: how it is read, where the check does not vary it.
     """
 
     key: str
     line: int
     count: int = 1
+    value: str = ""
 
 
 def choose_readings(dialect: str, given: Mapping[str, Any] | None = None) -> Readings:

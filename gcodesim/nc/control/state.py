@@ -82,6 +82,7 @@ class State:
         offsets, tools, reference: tables of the control, as the program has changed them.
         blocks, last_line: lines that count as blocks, and the row of the last; see Language.run.
         met: keys of the readings that are not known and matter here, in the order met.
+        is_unit_told: program, or machine file, has said in which unit programs are.
         ended: the program has come to its end.
         corner: a corner that waits for the move after it.
         path: code in tenths and tolerance [mm] of path control, None before the first.
@@ -95,7 +96,9 @@ class State:
     def __init__(self, control: Control, levels: Iterable[str] = (WORK,)) -> None:
         self.control = control
         self.place = Place("", 0, "")
-        self.modal = Modal(inch=control.readings.program_unit == "inch")
+        unit = control.readings.program_unit
+        self.modal = Modal(inch=(unit or control.unit) == "inch")
+        self.is_unit_told = unit is not None
         self.frames = Frames(levels)
         self.start = [control.start.get(letter, 0.0) for letter in AXES]
         self.position = list(self.start)
@@ -127,6 +130,13 @@ class State:
         """Millimetres per programmed length unit."""
         return INCH if self.modal.inch else 1.0
 
+    def increment(self, *, is_angle: bool) -> float:
+        """Return what a number without a decimal point counts, in programmed units."""
+        readings = self.control.readings
+        if is_angle:
+            return readings.increment_deg
+        return readings.increment_inch if self.modal.inch else readings.increment_mm
+
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Findings in the order met; the first of a kind is used for all, with their count."""
@@ -149,6 +159,11 @@ class State:
             self._findings[meaning, subject] = self.place.finding(meaning, what, at), 1
         else:
             self._findings[meaning, subject] = known[0], known[1] + 1
+
+    def count_again(self, meaning: str, times: int) -> None:
+        """Count a finding without a subject further times."""
+        first, count = self._findings[meaning, ""]
+        self._findings[meaning, ""] = first, count + times
 
     def pass_by(self, what: str) -> None:
         """Count a line that the control may also take in another way."""
@@ -263,9 +278,12 @@ class State:
         value: str = getattr(self.control.readings, key)
         if value != BOTH:
             return value
-        met = self.met.setdefault(key, ReadingMet(key, self.place.row, 0))
-        met.count += 1
+        self.meet(key, self.place.row)
         return ways_of(key)[0]
+
+    def meet(self, key: str, row: int, times: int = 1) -> None:
+        """Count that the program depends on a key that is not known, first in a row."""
+        self.met.setdefault(key, ReadingMet(key, row, 0)).count += times
 
     def turn_spindle(self, spindle: Spindle) -> None:
         """Let the spindle turn, or stand, from here on."""

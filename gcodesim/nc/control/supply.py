@@ -88,6 +88,8 @@ class Control:
         travel: axis letter -> lower and upper machine limit [mm, deg]; left out = none.
         retract: axis letter -> machine position it is retracted to before a swivel [mm, deg].
         feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
+        unit: of lengths until the program names one, where no reading does: mm | inch; None =
+            nothing gives it, and mm is taken.
         given: readings that hold under every dialect, where the text tells the dialect; None =
             the dialect is that of `readings`.
         dialect_told: how the text told the dialect; empty where it was known.
@@ -110,6 +112,7 @@ class Control:
     travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     retract: Mapping[str, float] = field(default_factory=dict)
     feed: float | None = None
+    unit: str | None = None
     given: Mapping[str, Any] | None = None
     dialect_told: str = ""
     block_delete: bool = False

@@ -14,6 +14,9 @@ TOKEN = re.compile(r"([A-Z@^$])([+-]?+(?:[0-9]++\.?+[0-9]*+|\.[0-9]++))|(.)", re
 
 CALLS = ("M97", "M98", "M99", "G65")
 
+CORNER = ","
+"""In Block.bare: the number of the corner word."""
+
 Token = tuple[str, str | float, str]
 """Letter and number of a word, or "", "" and a character that belongs to no word.
 
@@ -29,6 +32,8 @@ class Block(Place):
         places: where each token stands in `compact`; None = one after the other.
         arguments: words of a macro call, in the order written.
         corner: letter and size of ,R or ,C; no letter without it.
+        bare: words whose numbers have no decimal point and are not 0, where that matters: letters
+            of `values`, CORNER, indices of `arguments`.
         code: the text with comments blanked, so that columns stay.
         tokens: words in the order written, numbers as text.
         messages: MSG, DEBUG or PRINT, and text, of such comments.
@@ -44,6 +49,7 @@ class Block(Place):
 
     __slots__ = (
         "arguments",
+        "bare",
         "code",
         "compact",
         "corner",
@@ -68,6 +74,7 @@ class Block(Place):
         self.code = self.compact = text
         self.places: list[int] | None = None
         self.arguments: list[tuple[str, float]] = []
+        self.bare: list[str | int] = []
         self.corner = ("", 0.0)
         self.tokens: list[Token] = []
         self.messages: tuple[tuple[str, str], ...] = ()

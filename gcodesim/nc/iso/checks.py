@@ -18,6 +18,13 @@ POLAR_LETTERS = frozenset("@^")
 ARC_WORDS = frozenset("IJKR")
 VECTOR_WORDS = frozenset("IJK")
 CYCLE_WORDS = frozenset("RQPIJKL")
+TOOL_CHANGE = 60
+MOST_M_CODES = 3
+"""Most M codes of a block on Fanuc."""
+
+LAST = Order.MOTION + 0.5
+"""Place of a tool change that waits for the motion of its block, before the stops."""
+
 NO_MOTION = Row("G", G.CYCLE_OFF, Group.MOTION, Order.MOTION, "", "No motion mode")
 
 Todo = tuple[Action, int]
@@ -51,7 +58,7 @@ class Checks:
         if known is None:
             rows = self._check(block)
             todo = [(ACTIONS[row.action], row.number) for row in rows if row.action]
-            if "O" not in values and "$" not in values:
+            if "O" not in values and "$" not in values and not self._is_told_each_time(block):
                 self._known[key] = todo, block.moves
             return todo
         todo, block.moves = known
@@ -62,6 +69,7 @@ class Checks:
     def _check(self, block: Block) -> list[Row]:
         """Check the block as a whole; return the rows to carry out, in their order."""
         rows = self._agreeing_rows(block)
+        self._check_m_codes(block)
         motion = next((row for row in rows if row.order is Order.MOTION), None)
         others = [row for row in rows if row is not motion]
         axis_words = block.values.keys() & AXIS_LETTERS
@@ -95,7 +103,33 @@ class Checks:
         self._check_words(block, others, unclaimed, VECTOR_WORDS if vectors else frozenset())
         others += [motion] if takers and motion else []
         others += [row for letter, row in WORDS.items() if letter in block.values]
-        return sorted(others, key=lambda row: row.order)
+        return self._in_order(block, others)
+
+    def _is_told_each_time(self, block: Block) -> bool:
+        """Tell whether a reading that is not known is counted for every block of this kind."""
+        return sum(row.letter == "M" for row in block.rows) > 1 or block.has("M", TOOL_CHANGE)
+
+    def _in_order(self, block: Block, rows: list[Row]) -> list[Row]:
+        """Return the rows of a block in the order in which they are carried out."""
+        rows = sorted(rows, key=lambda row: row.order)
+        goes = any(row.order is Order.MOTION or row.action == "return_to_reference" for row in rows)
+        if not block.has("M", TOOL_CHANGE) or not goes or not block.values.keys() & AXIS_LETTERS:
+            return rows
+        if self.state.reading("m6_order") == "last":
+            rows = sorted(rows, key=lambda row: LAST if row.order is Order.CHANGE else row.order)
+        return rows
+
+    def _check_m_codes(self, block: Block) -> None:
+        """Refuse, or report, more M codes than a block may hold."""
+        reading = self.state.control.readings.m_per_block
+        codes = [row for row in block.rows if row.letter == "M"]
+        if len(codes) < 2 or reading == "any":
+            return
+        what = f"{codes[0].name} and {codes[1].name} in one block"
+        if reading == "open":
+            self.state.report("m_per_block_open", what, codes[1].name)
+        elif reading == "one" or len(codes) > MOST_M_CODES:
+            raise block.error("too_many_m", f"{len(codes)} M codes in one block", codes[-1].name)
 
     def _offset_words(self, block: Block, rows: list[Row]) -> list[Row]:
         """Return the rows of H and D that no code takes, where they may stand in any block."""

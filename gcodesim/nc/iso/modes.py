@@ -78,7 +78,7 @@ def set_plane(state: IsoState, block: Block, number: int) -> None:
 
 def set_unit(state: IsoState, block: Block, number: int) -> None:
     """G20 G21; the position is kept in mm, so there is nothing to convert."""
-    state.modal.inch = number == G.INCH
+    state.modal.inch, state.is_unit_told = number == G.INCH, True
 
 
 def set_distance(state: IsoState, block: Block, number: int) -> None:
@@ -105,7 +105,7 @@ def set_path(state: IsoState, block: Block, number: int) -> None:
 
 
 def dwell(state: IsoState, block: Block, number: int) -> None:
-    """G4: P in the unit of the dialect, X and U in seconds."""
+    """G4: P in the unit of the dialect, X and U in seconds, or thousandths without a point."""
     letter = next((letter for letter in "PXU" if letter in block.values), "")
     if not letter:
         raise block.error("dwell_missing", "G4 without P", "G4")
@@ -113,15 +113,21 @@ def dwell(state: IsoState, block: Block, number: int) -> None:
 
 
 def dwell_seconds(state: IsoState, block: Block, letter: str) -> float:
-    """Return the time a word gives: P in the unit of the dialect, others in seconds."""
+    """Return the time a word gives: P in the unit of the dialect, others in seconds.
+
+    Where numbers without a decimal point count increments, those of X and U are milliseconds.
+    """
     seconds = block.not_negative(letter)
-    return seconds / 1000.0 if letter == "P" and _is_milliseconds(state, block) else seconds
+    return seconds / 1000.0 if _is_milliseconds(state, block, letter) else seconds
 
 
-def _is_milliseconds(state: IsoState, block: Block) -> bool:
-    unit = state.control.readings.dwell_p
+def _is_milliseconds(state: IsoState, block: Block, letter: str) -> bool:
+    readings = state.control.readings
+    unit = readings.dwell_p
+    if letter != "P":
+        unit = "point" if readings.no_point == "increment" else "s"
     if unit == "point":
-        return not any(token[0] == "P" and "." in str(token[1]) for token in block.tokens)
+        return not any(token[0] == letter and "." in str(token[1]) for token in block.tokens)
     return unit == "ms"
 
 

@@ -20,7 +20,7 @@ from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.control.state import LIMIT, Corner
 from gcodesim.nc.control.supply import Control
-from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.block import CORNER, Block
 from gcodesim.nc.iso.calls import ARGUMENTS
 from gcodesim.nc.iso.calls_ahead import missing_call
 from gcodesim.nc.iso.checks import Checks
@@ -28,6 +28,7 @@ from gcodesim.nc.iso.code_rows import Row
 from gcodesim.nc.iso.cycles import next_hole
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.jumps import Jumps
+from gcodesim.nc.iso.lengths import LETTERS, report_bare, report_unit, settle_bare
 from gcodesim.nc.iso.lexer import lex, not_a_word
 from gcodesim.nc.iso.macros import Macros
 from gcodesim.nc.iso.memory import IsoState
@@ -59,6 +60,7 @@ class IsoReader(Language[Block]):
         self._codes = codes_for(readings.dialect, readings.g_codes, readings.m_codes)
         self._checked = Checks(state, self._codes).checked
         self._ignored = frozenset(readings.ignore_words)
+        self._points = frozenset() if readings.no_point == "units" else LETTERS
         self._kept: dict[int, Block] = {}
         self._has_jumped = False
         self._rows: dict[tuple[str, str | float], Row] = {}
@@ -100,11 +102,13 @@ class IsoReader(Language[Block]):
 
     def scan(self, lines: Lines, first: int, last: int, shortest: int) -> Columns:
         """Read lines first to last (excluded) into columns."""
-        return scan(lines, first, last, self.control.axes, self._ignored, shortest)
+        axes, ignored, points = self.control.axes, self._ignored, self._points
+        return scan(lines, first, last, axes, ignored, shortest, points)
 
     def is_plain(self) -> bool:
-        """Tell whether axis words are points, with the tool length that is in force."""
-        return not self.state.codes.polar and not self.state.is_length_cancelled
+        """Tell whether axis words are points, in a known unit, with the tool length in force."""
+        state = self.state
+        return not state.codes.polar and not state.is_length_cancelled and state.is_unit_told
 
     def next_hole(self) -> Hole | None:
         """Return what the cycle in force does at the next point."""
@@ -161,13 +165,17 @@ class IsoReader(Language[Block]):
 
     def _run_words(self, block: Block) -> None:
         # Step 2: words to codes and values; those of macro text may be others every time.
-        if not block.is_read or block.is_macro or block.ignored:
+        if not block.is_read or block.is_macro or block.ignored or block.bare:
             self._read(block)
         # Steps 3 and 4.
         state = self.state
         waiting, state.line_feed = state.corner, None
         for action, number in self._checked(block):
             action(state, block, number)
+        if not state.is_unit_told:
+            report_unit(state, block)
+        if block.bare:
+            report_bare(state, block)
         if waiting is not None or block.corner[0]:
             self._check_corner(block, waiting)
         if state.request is not None:
@@ -181,11 +189,11 @@ class IsoReader(Language[Block]):
     def _read(self, block: Block) -> None:
         """Step 2: find the row of every code, and keep the value of every other word."""
         block.is_read = True
-        block.arguments, called = [], False
+        block.arguments, block.bare, called = [], [], False
         rows: list[Row] = []
         values: dict[str, float] = {}
         block.rows, block.values = rows, values
-        codes, ignore = self._rows, self._ignored
+        codes, ignore, points = self._rows, self._ignored, self._points
         block.corner, after_comma = ("", 0.0), -1
         for index, (letter, number, _) in enumerate(block.tokens):
             if index == after_comma:
@@ -209,11 +217,17 @@ class IsoReader(Language[Block]):
                 value = values[letter] = float(number)
                 if not -LIMIT <= value <= LIMIT and letter != "N":
                     raise block.error("number_too_large", f"{letter}{number}", index)
+                if value and letter in points and _is_bare(number):
+                    block.bare.append(letter)
+        if block.bare:
+            settle_bare(self.state, block)
 
     def _argument(self, block: Block, letter: str, number: str | float, index: int) -> None:
         """Keep a word after G65; only I J K may be repeated."""
         if letter not in "IJK" and any(letter == other for other, _ in block.arguments):
             raise block.error("duplicate_word", f"{letter} twice", index)
+        if letter in self._points and float(number) and _is_bare(number):
+            block.bare.append(len(block.arguments))
         block.arguments.append((letter, float(number)))
 
     def _corner(self, block: Block, index: int) -> bool:
@@ -225,6 +239,8 @@ class IsoReader(Language[Block]):
         if letter not in ("R", "C") or block.corner[0]:
             raise block.error("corner_not_followed", f"a comma before {letter or 'no word'}", index)
         block.corner = letter, float(number)
+        if self._points and float(number) and _is_bare(number):
+            block.bare.append(CORNER)
         return True
 
     def _check_corner(self, block: Block, waiting: Corner | None) -> None:
@@ -249,3 +265,8 @@ class IsoReader(Language[Block]):
         row = row or unlisted_m(tenths)
         self._rows[letter, number] = row
         return row
+
+
+def _is_bare(number: str | float) -> bool:
+    """Tell whether a number is written without a decimal point; one that is worked out is not."""
+    return isinstance(number, str) and "." not in number

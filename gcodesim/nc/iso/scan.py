@@ -72,7 +72,13 @@ POWERS = 10.0 ** np.arange(DIGITS + 1)
 
 
 def scan(
-    lines: Lines, first: int, last: int, axes: str, ignored: frozenset[str], shortest: int = 1
+    lines: Lines,
+    first: int,
+    last: int,
+    axes: str,
+    ignored: frozenset[str],
+    shortest: int = 1,
+    points: frozenset[str] = frozenset(),
 ) -> Columns:
     """Read lines first to last (excluded) into columns.
 
@@ -83,6 +89,7 @@ def scan(
         axes: axis letters of the machine.
         ignored: letters that are dropped and counted.
         shortest: lines of the shortest run.
+        points: letters for which it matters whether their numbers have a decimal point.
     """
     data = lines.data[lines.bounds[first] : lines.bounds[last] - 1] + b"\n"
     # Eight characters in front let every number be read as a whole word.
@@ -105,12 +112,15 @@ def scan(
     plain[line[:-1][bad]] = False
 
     letter = np.flatnonzero(kind == LETTER)
-    value, exact = _values(text, marks, kind, letter)
+    value, exact, bare = _values(text, marks, kind, letter)
     word_line, name = line[letter], np.frombuffer(text, np.uint8)[marks[letter]]
     plain[word_line[~exact]] = False
     words = Columns(first, plain[:count], np.ones(count, bool), {}, {})
     words.blank[word_line[word_line < count]] = False
     _into_columns(words, word_line, name, value, axes, ignored)
+    if points:
+        at = np.flatnonzero(bare & (value != 0.0))
+        _note_bare(words, word_line[at], name[at], points - ignored)
     _check(words)
     words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
     words.find_runs(shortest)
@@ -119,8 +129,12 @@ def scan(
 
 def _values(
     text: bytes, marks: Ints, kind: NDArray[np.uint8], letter: Ints
-) -> tuple[Floats, Bools]:
-    """Return the numbers after the letters, and which of them are short enough to be exact."""
+) -> tuple[Floats, Bools, Bools]:
+    """Return the numbers after the letters, and two properties of each.
+
+    Returns:
+        the numbers; whether they are short enough to be exact; whether they have no decimal point.
+    """
     before = letter + (kind[letter + 1] == SIGN)
     point = kind[before + 1] == POINT
     begin, middle, end = marks[before], marks[before + 1], marks[before + point + 1]
@@ -143,7 +157,7 @@ def _values(
     # The character after the letter is a minus only where there is a sign.
     negative = np.frombuffer(text, np.uint8)[marks[letter] + 1] == ord("-")
     np.negative(value, out=value, where=negative)
-    return value, exact
+    return value, exact, ~point
 
 
 def _digits(digits: NDArray[np.uint64]) -> Floats:
@@ -185,6 +199,19 @@ def _into_columns(
     for letter, found in sorted(first_met.items(), key=lambda item: item[1][:1].tolist()):
         if len(found):
             words.ignored[letter] = np.bincount(line[found], minlength=count)
+
+
+def _note_bare(
+    words: Columns, line: Ints, name: NDArray[np.uint8], letters: frozenset[str]
+) -> None:
+    """Keep which lines hold which of the letters, among words without a decimal point."""
+    wanted = np.zeros(256, bool)
+    wanted[[ord(letter) for letter in letters]] = True
+    at = wanted[name]
+    line, name = line[at], name[at]
+    for code in np.flatnonzero(np.bincount(name, minlength=256)):
+        column = words.bare[chr(code)] = np.zeros(len(words.plain), bool)
+        column[line[name == code]] = True
 
 
 def _check(words: Columns) -> None:

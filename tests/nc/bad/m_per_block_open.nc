@@ -1,0 +1,3 @@
+; m_per_block_open 2 haas
+M3 M8
+M30
