@@ -39,8 +39,7 @@ def interpret(
     meaning = Interpreter(IsoReader(control), progress).run(text, file)
     if not control.dialect_told:
         return meaning
-    place = Place(file, 1, meaning.lines[0] if meaning.lines else "")
-    note = place.finding("dialect_told", control.dialect_told)
+    note = Place(file, 1, "").finding("dialect_told", control.dialect_told)
     return replace(meaning, findings=(note, *meaning.findings))
 
 
