@@ -41,6 +41,8 @@ def load_machine(
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
     _check_limits_of_time(file, source)
+    given = file.control.model_dump(exclude_none=True)
+    _check_tool_change(given.get("tool_change"), joints, source)
     travel = longest_travel(joints)
     reader = PartReader(source, file.units, allow_outside, travel)
     own = _link_bodies(file, links, reader)
@@ -55,7 +57,6 @@ def load_machine(
     members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
     members += [_tool_member(mount, table)] if mount else []
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
-    given = file.control.model_dump(exclude_none=True)
     return Machine(
         name=file.name,
         path=str(source.path),
@@ -187,6 +188,13 @@ def _positions(
         "reference": file.reference,
         "start": _start(file, job, joints, source),
     }
+
+
+def _check_tool_change(motion: Any, joints: Sequence[Joint], source: YamlFile) -> None:
+    """The motion of a tool change, where it is none of its words, names axes of the machine."""
+    for key, axes in motion.items() if isinstance(motion, dict) else ():
+        if key != "seconds":
+            _check_axes(dict.fromkeys(axes, 0.0), joints, source, "control", "tool_change", key)
 
 
 def _check_axes(

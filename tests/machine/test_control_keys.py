@@ -64,9 +64,9 @@ GIVEN = {
     "g_codes": {500.0: "clamp"},
     "ignore_words": ("E", "Q"),
 }
-"""Key -> a value that no row of fanuc has; `arc` is a section of its own."""
+"""Key -> a value that no row of fanuc has; `arc` and `tool_change` are sections of their own."""
 
-KEYS = [*GIVEN, "arc"]
+KEYS = [*GIVEN, "arc", "tool_change"]
 
 
 def in_control(key, value):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gcodesim.errors import UsageError
 
@@ -41,6 +41,23 @@ class ArcTolerance:
     r_tol_mm: float = _key(
         "half the chord may exceed R by this; also the smallest radius [mm]", 0.00127, gt=0
     )
+
+
+@dataclass(frozen=True)
+class ToolChangeMotion:
+    """Where the old tool goes at a tool change, and the new one appears: machine coordinates."""
+
+    retract: tuple[str, ...] = _key(
+        "axes that go first, together: to `position`, or else to the reference point of G28",
+        (),
+        pattern="^[XYZABC]$",
+    )
+    position: Mapping[str, float] = _key(
+        "axis -> where it stands while the tool changes [mm, deg]; others stay",
+        dict,
+        pattern="^[XYZABC]$",
+    )
+    seconds: float = _key("time the change takes there [s]", 0.0, ge=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,6 +112,14 @@ class Readings:
         "G43, G44, G49 or H without a word of the length axis: the next move brings the change, or "
         "the axis moves at once",
         "next_move",
+    )
+    tool_change: ToolChangeMotion | Literal["stays", "reference", "both"] = field(
+        default="stays",
+        metadata={
+            "meaning": "motion of M6: `retract`, then the other axes of `position`; or a word: the "
+            "axes stay, Z goes to the reference point of G28, or nobody knows (both are checked)",
+            "rules": {},
+        },
     )
     r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
     arc: ArcTolerance = field(
@@ -235,6 +260,7 @@ ROWS: dict[str, Readings] = {
         length_after_reference=BOTH,
         length_change=BOTH,
         spindle_at_stop=BOTH,
+        tool_change=BOTH,
     ),
     "haas": Readings(
         dialect="haas",
@@ -243,6 +269,7 @@ ROWS: dict[str, Readings] = {
         m6_order=BOTH,
         rapids=BOTH,
         length_after_reference=BOTH,
+        tool_change=ToolChangeMotion(retract=("Z",), position={"Z": 0.0}),
         dwell_p="point",
         r_and_ijk="error",
         arc_no_centre="alarm",
@@ -298,13 +325,19 @@ ROWS: dict[str, Readings] = {
 @cache
 def ways_of(key: str) -> tuple[str, ...]:
     """Return the ways a key may be read, the one that is taken first in front."""
-    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way not in (BOTH, OPEN))
+    return tuple(way for way in _words_of(key) if way not in (BOTH, OPEN))
 
 
 @cache
 def is_varied(key: str) -> bool:
     """Tell whether a key that is not known is read in all of its ways, one after the other."""
-    return BOTH in get_args(get_type_hints(Readings)[key])
+    return BOTH in _words_of(key)
+
+
+def _words_of(key: str) -> tuple[str, ...]:
+    """Return the words a key takes; it may take a section beside them."""
+    hint = get_type_hints(Readings)[key]
+    return get_args(hint if get_origin(hint) is Literal else get_args(hint)[-1])
 
 
 @dataclass(slots=True)
@@ -344,5 +377,8 @@ def _replaced(row: Any, given: Mapping[str, Any]) -> Any:
     values = {}
     for name, value in given.items():
         old = getattr(row, name)
-        values[name] = _replaced(old, value) if is_dataclass(old) else value
+        if name == "tool_change" and isinstance(value, Mapping) and not is_dataclass(old):
+            old = ToolChangeMotion()
+        within = is_dataclass(old) and isinstance(value, Mapping)
+        values[name] = _replaced(old, value) if within else value
     return replace(row, **values)

@@ -1,4 +1,4 @@
-"""What T, M6, M61 and the codes of tool length and tool centre point do; none moves an axis."""
+"""What T, M6, M61 and the codes of tool length and tool centre point do."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def select_tool(state: IsoState, block: Block, number: int) -> None:
 
 
 def change_tool(state: IsoState, block: Block, number: int) -> None:
-    """M6: the selected tool goes into the spindle, which stops."""
-    tool_changes.change_tool(state, "M6")
+    """M6, M16 of Haas: the selected tool goes into the spindle, which stops."""
+    tool_changes.change_tool(state, f"M{number // 10}")
 
 
 def declare_tool(state: IsoState, block: Block, number: int) -> None:

@@ -175,6 +175,7 @@ TABLE: tuple[Row, ...] = (
     *(Row("M", number * 10, _G.STOP, _O.STOP, "", sentence, "stop")
       for number, sentence in ((0, "Stop"), (1, "Optional stop"), (2, "End"), (30, "End"))),
     Row("M", 60, _G.CHANGE, _O.CHANGE, "", "Tool change", "change_tool"),
+    Row("M", 160, _G.CHANGE, _O.CHANGE, "", "Tool change", "change_tool", dialects="haas"),
     Row("M", 610, _G.CHANGE, _O.CHANGE, "Q", "Tool in the spindle", "declare_tool",
         dialects="linuxcnc"),
     Row("M", 30, _G.SPINDLE, _O.SPINDLE, "", "Spindle clockwise", "set_spindle"),
