@@ -48,7 +48,7 @@ CODES: dict[str, Code] = {
     "GC420": Code("unknown M code", "warning", INCONCLUSIVE),
     "GC421": Code("tool without a shape", "warning", INCONCLUSIVE),
     "GC422": Code("cutter compensation not applied", "warning", INCONCLUSIVE),
-    "GC423": Code("manual stop: what follows is up to the operator", "warning", INCONCLUSIVE),
+    "GC423": Code("position left to the operator or a probe", "warning", INCONCLUSIVE),
     "GC424": Code("limit of blocks or time reached", "warning", INCONCLUSIVE),
     "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
     "GC426": Code("the stock keeps its shape", "warning", INCONCLUSIVE),

@@ -44,7 +44,8 @@ ADVICE: dict[str, str] = {
     "GC421": "Give the tool a shape in the tools file; until then its pairs are not checked.",
     "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "
     "was checked.",
-    "GC423": "The operator moves the machine here; that cannot be checked from the program.",
+    "GC423": "The operator or a probe decides where the axes are: that cannot be checked from the "
+    "program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
     "GC426": "The stock is not cut away here: look whether the material is gone by then, or check "

@@ -101,6 +101,11 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "rotary_in_cycle": ("GC408", "move A, B and C in a block of their own"),
     "tapping_no_spindle": ("GC408", "start the spindle with M3 or M4 before"),
     "manual_retract": ("GC423", "the tool is withdrawn by hand; the check goes on from the bottom"),
+    "position_unknown": (
+        "GC423",
+        "go back along the skip move, or give its axes a position of their own, before other moves",
+    ),
+    "measured_by_probe": ("GC409", "give the offset in the setup file, and leave the block out"),
     "cycle_dwell_missing": ("GC430", "no dwell at the bottom; give P"),
     # Values.
     "negative_word": ("GC410", "the value must not be negative"),
@@ -161,6 +166,7 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
         "GC426",
         "the material may be cut away by then: that is not followed yet",
     ),
+    "skip_touch": ("GC430", "that is what a skip move is for; holder and shank still count"),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
     "flute_end_unknown": ("GC421", "write `flute: height from the tip` under `mounted`"),
     "flute_not_round": (

@@ -71,9 +71,9 @@ def _left_out(rows: Mapping[str, Any]) -> str:
     """What a key is when it is left out, for the manual; by dialect where they differ."""
     words = any(isinstance(value, str | float | bool) for value in rows.values())
     values = {
-        name: json.dumps(
-            asdict(value) if isinstance(value, ToolChangeMotion) else value
-        ).replace('"', "")
+        name: json.dumps(asdict(value) if isinstance(value, ToolChangeMotion) else value).replace(
+            '"', ""
+        )
         for name, value in rows.items()
         if words and isinstance(value, str | float | bool | ToolChangeMotion)
     }

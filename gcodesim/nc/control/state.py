@@ -11,6 +11,7 @@ from gcodesim.nc.control.frames import WORK, Frames, Level
 from gcodesim.nc.control.modal import Modal, Spindle, TipControl
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
+from gcodesim.nc.control.skips import Skipped
 from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
 from gcodesim.nc.control.tips import (
     axis_positions,
@@ -89,6 +90,7 @@ class State:
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
         passed: kind of lines that were left out or done in one of two ways -> how many of them,
             and the row of the first.
+        skipped: where the axes may stand after a skip move; None where that is known.
         unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
             and why.
     """
@@ -118,6 +120,7 @@ class State:
         self.corner: Corner | None = None
         self.path: tuple[int, float] | None = None
         self.holes = 0
+        self.skipped: Skipped | None = None
         self.unfollowed: dict[str, str] = {}
         self.passed: dict[str, tuple[int, int]] = {}
         self.blocks = self.last_line = 0
@@ -284,6 +287,11 @@ class State:
     def meet(self, key: str, row: int, times: int = 1) -> None:
         """Count that the program depends on a key that is not known, first in a row."""
         self.met.setdefault(key, ReadingMet(key, row, 0)).count += times
+
+    def tell(self, axes: Iterable[int]) -> None:
+        """Remember that the line gives axes, by their indices, a position of their own."""
+        if self.skipped is not None:
+            self.skipped.told.update(axes)
 
     def turn_spindle(self, spindle: Spindle) -> None:
         """Let the spindle turn, or stand, from here on."""

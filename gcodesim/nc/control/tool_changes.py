@@ -50,6 +50,7 @@ def _go_to_change(state: State) -> None:
         motion = ToolChangeMotion(retract=("Z",))
         if _ends_of(state, motion)[-1] == state.axes or state.reading("tool_change") == "stays":
             return
+    state.tell(AXES.index(letter) for letter in (*motion.retract, *motion.position))
     for axes in _ends_of(state, motion):
         move_axes(state, Kind.RAPID, axes)
     dwell(state, motion.seconds)

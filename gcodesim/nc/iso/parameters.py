@@ -155,6 +155,8 @@ class Parameters:
         state, i = self.state, number % 20 - 1
         if number in MODAL:
             return MODAL[number](state)
+        if number // 20 in (250, 251, 252) and self._is_probed(i):
+            return None
         if i in range(6) and number // 20 == 251:
             return self._length(state.axes[i], i)
         if i in range(6) and number // 20 in (250, 252):
@@ -175,6 +177,8 @@ class Parameters:
         if number - 5401 in range(6):
             return self._tool_in_spindle(number - 5401)
         if number - 5420 in range(6):
+            if self._is_probed(number - 5420):
+                return None
             return self._length(state.point[number - 5420], number - 5420)
         if number == 5220:
             return float(state.codes.offset)
@@ -182,6 +186,10 @@ class Parameters:
         if index in range(9) and i in range(6):
             return self._own_unit(state.offsets.get(index + 1, WorkOffset()).value[i], i)
         return None
+
+    def _is_probed(self, i: int) -> bool:
+        """Tell whether only a probe knows where an axis stands."""
+        return self.state.skipped is not None and i in self.state.skipped.axes
 
     def _tool_in_spindle(self, i: int) -> float:
         """Return the tool table's offset for the tool in the spindle, whatever G43 has set."""
