@@ -61,12 +61,21 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "parameter_out_of_range": ("GC406", "use a parameter the control has"),
     "parameter_readonly": ("GC406", "the control keeps this value itself"),
     "parameter_undefined": ("GC425", "give the parameter a value before it is used"),
+    "value_unknown": (
+        "GC409",
+        "it is made of a variable that the control keeps: set it before, or give it under "
+        "`variables:` in the setup file",
+    ),
+    "program_of_probe": ("GC423", "where it goes, and what it measures, is not followed"),
     "name_undefined": ("GC406", "give the parameter a value before it is used"),
     "division_by_zero": ("GC406", "the divisor must not be 0"),
     "function_domain": ("GC406", "the value lies outside what the function takes"),
     "expression_unclosed": ("GC406", "an expression stands between [ and ], 50 levels at most"),
     "call_without_number": ("GC407", "name the subprogram, or the block, with P"),
-    "subprogram_not_found": ("GC412", "put it into the program, or as Onnnn.nc beside it"),
+    "subprogram_not_found": (
+        "GC412",
+        "put it into the program, as Onnnn.nc beside it, or into `control: {programs: ...}`",
+    ),
     "modes_not_saved": ("GC407", "save the modes with M70 or M73 before, in the same call"),
     "block_not_found": ("GC407", "the program has no block with this number"),
     "call_too_deep": ("GC407", "calls nest up to 10 deep"),

@@ -8,7 +8,7 @@ from dataclasses import asdict, fields, is_dataclass
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
-from pydantic import Field, create_model
+from pydantic import BeforeValidator, Field, create_model
 
 from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.machine.sections import FileNumber, Section
@@ -22,6 +22,10 @@ STRICT: dict[type, dict[str, Any]] = {
     bool: {"strict": True},
 }
 """Numbers and truths of a file are written as such: "3" and 1 are none."""
+
+
+NUMBER_OR_WORD = BeforeValidator(lambda key: str(key) if type(key) is int else key)
+"""A key of a mapping that is a word; numbers stand for themselves."""
 
 
 class _Keys(Section):
@@ -59,7 +63,7 @@ def _in_file(hint: Any, rules: Mapping[str, Any], rows: Mapping[str, Any]) -> An
     if get_origin(hint) is tuple:
         return tuple[_in_file(inner[0], rules, rows), ...]  # type: ignore[misc]
     if get_origin(hint) is Mapping:
-        key = FileNumber if inner[0] is float else Annotated[str, Field(**rules)]
+        key = FileNumber if inner[0] is float else Annotated[str, NUMBER_OR_WORD, Field(**rules)]
         value = FileNumber if inner[1] is float else inner[1]
         return dict[key, value]  # type: ignore[valid-type]
     if NoneType in inner:

@@ -44,6 +44,7 @@ READ = {
     "m_codes": ({777: "stop"}, "M777"),
     "g_codes": ({777: "stop"}, "G777"),
     "ignore_words": (("E",), "G0 X1 E2"),
+    "programs": ({"7": "none"}, "M98 P7"),
 }
 """Key -> another reading than that of fanuc, and a program that tells the two apart.
 
@@ -68,7 +69,7 @@ def test_readings_without_the_dialects_name_make_linuxcnc_of_fanuc(control):
     keys = {
         name: getattr(ROWS["linuxcnc"], name)
         for name in READ
-        if name not in ("arc", "m_codes", "g_codes", "ignore_words")
+        if name not in ("arc", "m_codes", "g_codes", "ignore_words", "programs")
     }
     for name in ("g80", "feed_forgotten", "h0", "g10_tool_r", "m99", "m98_p"):
         text = f"{READ[name][1]}\nM30"

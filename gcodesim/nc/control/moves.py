@@ -392,11 +392,17 @@ def _centre(
     return centre
 
 
-def probe(state: State, point: list[float]) -> None:
-    """Feed to a program point with a probe, which may touch and stop on the way."""
+def probe(state: State, point: list[float], feed: float = 0.0) -> None:
+    """Feed to a program point with a probe, which may touch and stop on the way.
+
+    Args:
+        state: of the control.
+        point: where to.
+        feed: [mm/min]; 0 = the one in force.
+    """
     start, position = state.position, state.reach(point)
     rotary_only = position[:3] == start[:3]
-    f = feed_of(state, rotary_only, cutting=False)
+    f = feed or feed_of(state, rotary_only, cutting=False)
     if state.unfollowed:
         raise state.refusal()
     moved = {i for i in range(6) if point[i] != state.point[i]}
@@ -404,10 +410,9 @@ def probe(state: State, point: list[float]) -> None:
     if not moved:
         return
     modal, known = state.modal, state.skipped
+    mode = PER_MINUTE if feed else modal.feed_mode
     state.recorder.may_touch()
-    state.recorder.add(
-        FEED, state.place.row, position, f=f, mode=modal.feed_mode, speed=modal.speed
-    )
+    state.recorder.add(FEED, state.place.row, position, f=f, mode=mode, speed=modal.speed)
     state.position = position
     if known is not None and known.go_on(position, moved):
         return

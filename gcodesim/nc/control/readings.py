@@ -16,6 +16,10 @@ Effect = Literal["none", "clamp", "stop"]
 """What a code listed in a machine file does."""
 
 
+STANDS_FOR = ("none", "probe", "tool_change")
+"""Words of `programs` for what a program in the control does; other values are files."""
+
+
 def _key(meaning: str, default: Any, **rules: Any) -> Any:
     """Return a field that is a key of `control:` in machine files.
 
@@ -238,6 +242,14 @@ class Readings:
     )
     m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
     g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
+    programs: Mapping[str, str] = _key(
+        "number of a program that lives in the control -> what it does: `none`, `probe` (a skip "
+        "move to its X Y Z; not checked further), `tool_change` as M6, or a file beside this one",
+        dict,
+    )
+    library: str = _key(
+        "folder, relative to this file, of programs that are nowhere else: O1234.nc, name.ngc", ""
+    )
     ignore_words: tuple[str, ...] = _key(
         "letters that are dropped, and listed in the coverage", (), pattern="^[A-Z]$"
     )

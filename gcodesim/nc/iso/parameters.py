@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -17,6 +18,9 @@ from gcodesim.nc.program import AXES
 REFERENCES = {5161: "G28", 5181: "G30"}
 FIRST_OFFSET = 5221
 ALARM, OPERATOR_STOP = 3000, 3006
+UNKNOWN = math.nan
+"""Value of what an earlier program may have left; whatever is made of it is unknown too."""
+
 IGNORED = (3003, 3004)
 """Fanuc: suppression of single block and feed hold, which move nothing."""
 
@@ -56,12 +60,18 @@ class Parameters:
     def __init__(self, state: IsoState) -> None:
         self.state, self.local = state, Locals()
         self.rules = MACROS[state.control.readings.macros]
-        self._globals = Locals()
+        self._globals = Locals(
+            {
+                float(number): value
+                for number, value in state.control.variables.items()
+                if number > self.rules.locals and number not in self.rules.system
+            }
+        )
         self.numbers: Sequence[float] = ()
         self.undefined: Callable[[int], None] = lambda number: None
 
     def get(self, value: float, place: int) -> float | None:
-        """Return a numbered parameter; None when it is vacant.
+        """Return a numbered parameter; None when it is vacant, UNKNOWN when nobody has set it.
 
         Raises:
             ExpressionError: there is none with this number, or its value is not known.
@@ -77,7 +87,7 @@ class Parameters:
         if self._holder(number) is None:
             return self._system(number, place)
         if self.rules.vacant:
-            return None
+            return None if number <= self.rules.locals else UNKNOWN
         self.undefined(number)
         return 0.0
 
@@ -138,6 +148,8 @@ class Parameters:
         return name in holder.names or name in PREDEFINED
 
     def _number(self, value: float, place: int) -> int:
+        if value != value:
+            raise ExpressionError("value_unknown", "# of a value that nobody gave", place)
         lowest, last = self.rules.lowest, self.rules.last
         if not lowest <= value <= last or not value.is_integer():
             what = f"#{value:g}: there are #{lowest} to #{last}"
