@@ -54,6 +54,8 @@ GIVEN = {
     "m98_p": "number",
     "m99": "restart",
     "macros": "o_words",
+    "m99": "end",
+    "macros": "linuxcnc",
     "tape": False,
     "polar_words": True,
     "start_motion": "G1",

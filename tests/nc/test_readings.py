@@ -39,6 +39,8 @@ READ = {
     "m98_p": ("number", "M98 P20007\nM30\nO7 G91 G0 X1\nM99\nO20007 G0 X5\nM99"),
     "m99": ("restart", "#1=#1+1\nIF[#1GT2]GOTO9\nG0 X#1\nM99\nN9"),
     "macros": ("macro_b_haas", "#10500=3\nG0 X#10500"),
+    "m99": ("end", "#1=#1+1\nIF[#1GT2]GOTO9\nG0 X#1\nM99\nN9"),
+    "macros": ("haas", "#10500=3\nG0 X#10500"),
     "tape": (False, "G0 X1 /Y2"),
     "start_motion": ("G1", "F9 X1"),
     "m_codes": ({777: "stop"}, "M777"),

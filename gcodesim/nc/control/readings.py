@@ -214,6 +214,12 @@ class Readings:
     m99: Literal["end", "restart"] = _key("M99 in the main program: one pass, or for ever", "end")
     macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
         "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
+    m99: Literal["end", "restart"] = _key(
+        "M99 in the main program: one pass, or pass after pass until one begins as another did",
+        "restart",
+    )
+    macros: Literal["fanuc", "haas", "linuxcnc"] = _key(
+        "language of macros: Macro B, with more parameters on Haas, or o-words", "fanuc"
     )
     tcp_frame: Literal["table", "work"] = _key(
         "program axes under G43.4 ride on the table as it stands at rotary zero, or stand as the "
@@ -329,6 +335,7 @@ ROWS: dict[str, Readings] = {
         m98_p="number",
         m99="restart",
         macros="o_words",
+        macros="linuxcnc",
         tape=False,
     ),
 }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -302,6 +303,30 @@ class State:
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""
         self.recorder.add(kind, self.place.row, value, aux=aux)
+
+    def seen(self) -> tuple[object, ...]:
+        """Return all that decides what the same lines do when they run again."""
+        frames = self.frames
+        return (
+            *(self.modal, self._within_a_turn(self.position), self._within_a_turn(self.point)),
+            *(self.frame, self.skipped, self.path),
+            *(frames.levels, frames.tool, frames.tilted, frames.tips, frames.carried),
+            *(self.tcp_rotary, self.on_plane, self.line_feed, self.unfollowed),
+            *(self.offsets, self.tools, self.reference, self.recorder.turning),
+        )
+
+    def _within_a_turn(self, place: list[float]) -> list[float]:
+        """Return a position without the full turns of axes whose words are read modulo 360."""
+        endless = {letter for letter in self.wraps if math.isinf(self._travel(letter))}
+        return [
+            round(v % 360.0, 9) if letter in endless else v
+            for letter, v in zip(AXES, place, strict=True)
+        ]
+
+    def _travel(self, letter: str) -> float:
+        """Return how far an axis can turn [deg]."""
+        lower, upper = self.control.travel.get(letter, (-math.inf, math.inf))
+        return upper - lower
 
     def first_offset(self) -> WorkOffsetLike:
         """Return the work offset that is in force when a program starts."""

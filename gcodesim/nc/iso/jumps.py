@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -44,6 +45,8 @@ class Jumps:
         self.structures: dict[int, Structure] = {}
         self._opened: set[int] = set()
         self._numbers: dict[int, dict[int, list[int]]] = {}
+        self._begun: set[bytes] = set()
+        self._passes = 0
 
     def open(self, text: str, file: str) -> None:
         """Begin with the main program.
@@ -67,6 +70,7 @@ class Jumps:
                 raise block.error("subprogram_not_found", f"{named} in the file")
             source.begin = line
         self.flow.index = source.begin
+        self._has_begun_so()
 
     def _read(self, source: Source) -> None:
         """Find the structure of a text."""
@@ -99,20 +103,44 @@ class Jumps:
             self._return(request.target, block)
 
     def _return(self, target: int | None, block: Block) -> None:
-        """Return; in the main program one pass, or all over again."""
+        """Return; the main program begins again, until a pass begins as an earlier one did."""
         flow = self.flow
         if not flow.is_main:
             self.leave(block, target)
-        elif target is not None:
-            self.go_to_number(target)
-        elif self.state.control.readings.m99 == "restart":
-            start = self.structures[flow.source.first].span(flow.index - 1)[0]
-            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
-            flow.index = flow.source.begin if self.parameters.rules.o_words else start
-            flow.index = max(flow.index, flow.source.begin)
-        else:
-            self.state.report("main_program_repeats", "M99 in the main program", "M99")
+        elif target is None and self.state.control.readings.m99 == "end":
+            self.state.report("main_program_repeats", "M99 in the main program: one pass", "M99")
             self.state.ended = True
+        else:
+            self._begin_again(target)
+
+    def _begin_again(self, target: int | None) -> None:
+        """Run the main program from its beginning, or from block N, unless that is nothing new.
+
+        What begins in the same state does the same, so that no later pass is another one.
+        """
+        flow = self.flow
+        after, begin = flow.index, flow.source.begin
+        if target is not None:
+            self.go_to_number(target)
+        elif self.parameters.rules.o_words:
+            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
+            flow.index = begin
+        else:
+            flow.index = max(self.structures[flow.source.first].span(after - 1)[0], begin)
+        self._passes += 1
+        if self._has_begun_so():
+            flow.index, self.state.ended = after, True
+            what = f"M99 in the main program: {self._passes} passes"
+            what = what if self._passes > 1 else "M99 in the main program: one pass"
+            self.state.report("main_program_repeats", what, "M99")
+
+    def _has_begun_so(self) -> bool:
+        """Tell whether a pass has begun at the next line in this very state, and remember it."""
+        begun = repr((self.flow.index, self.state.seen(), self.parameters.seen()))
+        digest = hashlib.sha256(begun.encode()).digest()
+        known = digest in self._begun
+        self._begun.add(digest)
+        return known
 
     def leave(self, block: Block, block_number: int | None = None) -> None:
         """Return from the running subprogram, or run it once more.

@@ -78,6 +78,13 @@ class IsoState(State):
         self.frames.update()
         self.point = self.frames.program(self.position)
 
+    def seen(self) -> tuple[object, ...]:
+        """Return all that decides what the same lines do when they run again."""
+        return (
+            *(*super().seen(), self.codes, self.work, self.g92, self.g92_kept, self.external),
+            *(self.mirrors, self.is_length_cancelled, self.saved),
+        )
+
     def set_work(self, offset: WorkOffsetLike) -> None:
         """Put a work offset into force; the caller records it."""
         self.work = offset

@@ -70,6 +70,10 @@ class Parameters:
         self.numbers: Sequence[float] = ()
         self.undefined: Callable[[int], None] = lambda number: None
 
+    def seen(self) -> tuple[object, ...]:
+        """Return the values of all parameters that a program has set."""
+        return self.local, self._globals
+
     def get(self, value: float, place: int) -> float | None:
         """Return a numbered parameter; None when it is vacant, UNKNOWN when nobody has set it.
 
