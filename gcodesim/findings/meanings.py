@@ -115,6 +115,10 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
         "go back along the skip move, or give its axes a position of their own, before other moves",
     ),
     "measured_by_probe": ("GC409", "give the offset in the setup file, and leave the block out"),
+    "clamped_axis": (
+        "GC430",
+        "where that clamps it, let it go before (`m_codes: {11: unclamp}` names the code)",
+    ),
     "cycle_dwell_missing": ("GC430", "no dwell at the bottom; give P"),
     # Values.
     "negative_word": ("GC410", "the value must not be negative"),

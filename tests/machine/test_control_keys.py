@@ -23,6 +23,8 @@ GIVEN = {
     "g28_no_axes": "none",
     "length_after_reference": "cancelled",
     "length_change": "at_once",
+    "length_at_tool_change": "new_tool",
+    "g28_rotary": "unwind",
     "dwell_p": "s",
     "g80": "motion",
     "g87": "centre",
@@ -129,7 +131,7 @@ def test_r_and_ijk_is_no_tolerance_any_more(changed):
         ("arc: {tol_mm: true}", "arc.tol_mm", "valid number, not True"),
         ("arc: {tol_rel: 1e10}", "arc.tol_rel", "less than or equal to 1000000000"),
         ("m_codes: {'46': none}", "m_codes.46", "valid number"),
-        ("m_codes: {46: off}", "m_codes.46", "'none', 'clamp' or 'stop'"),
+        ("m_codes: {46: off}", "m_codes.46", "'none', 'clamp', 'unclamp' or 'stop'"),
         ("ignore_words: [EE]", "ignore_words.0", "match pattern"),
     ],
 )

@@ -174,6 +174,11 @@ def test_full_turns_of_a_table_make_no_pass_another_one(control):
     assert not interpret("G91 G0 C90\nM99", control("fanuc", **table)).stopped
 
 
+def test_a_pass_that_ends_outside_the_travel_is_the_last(control):
+    meaning = interpret("G91 G0 Z-10\nM99", control("fanuc", travel={"Z": (-100.0, 0.0)}))
+    assert (meaning.blocks, meaning.stopped) == (22, False)
+
+
 @pytest.mark.parametrize(
     ("dialect", "text"),
     [

@@ -46,6 +46,7 @@ READ = {
     "m_codes": ({777: "stop"}, "M777"),
     "g_codes": ({777: "stop"}, "G777"),
     "ignore_words": (("E",), "G0 X1 E2"),
+    "length_at_tool_change": ("new_tool", "T1 M6\nG43 H1\nT2 M6\nG0 Z1"),
     "programs": ({"7": "none"}, "M98 P7"),
 }
 """Key -> another reading than that of fanuc, and a program that tells the two apart.

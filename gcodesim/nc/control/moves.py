@@ -179,8 +179,18 @@ def through(state: State, middle: list[float], ends: Words) -> None:
     axes = state.axes.copy()
     state.tell(ends)
     for i, value in ends.items():
-        axes[i] = value
+        axes[i] = _back_to(state, i, value, axes)
     move_axes(state, RAPID, axes)
+
+
+def _back_to(state: State, i: int, value: float, axes: list[float]) -> float:
+    """Return where an axis comes to stand that returns to a position, perhaps turns away."""
+    if AXES[i] not in state.wraps:
+        return value
+    near = _unwound(state, i, value, axes)
+    if near == value or state.reading("g28_rotary") == "unwind":
+        return value
+    return near
 
 
 def retract(state: State, distance: float | None) -> None:
@@ -254,6 +264,10 @@ def _record(state: State, kind: Kind, start: list[float], end: list[float], f: f
     """Record a straight move; after a skip move, as far as it is known where it begins."""
     modal, row, recorder = state.modal, state.place.row, state.recorder
     ends = [end]
+    if state.clamped_by and start[3:] != end[3:]:
+        turned = next(AXES[i] for i in range(3, 6) if start[i] != end[i])
+        code = state.clamped_by
+        state.report("clamped_axis", f"{turned} turns after {code}", turned, subject=code)
     if state.skipped is not None:
         ends = _after_skip(state, start, end)
         if ends:

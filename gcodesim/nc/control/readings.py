@@ -12,8 +12,8 @@ from gcodesim.errors import UsageError
 Dialect = Literal["fanuc", "haas", "linuxcnc"]
 """Names of the rows."""
 
-Effect = Literal["none", "clamp", "stop"]
-"""What a code listed in a machine file does."""
+Effect = Literal["none", "clamp", "unclamp", "stop"]
+"""What a code listed in a machine file does; a clamp holds rotary axes, the file says not which."""
 
 
 STANDS_FOR = ("none", "probe", "tool_change")
@@ -109,8 +109,16 @@ class Readings:
     g28_no_axes: Literal["all", "none", "both"] = _key(
         "G28 and G30 without axis words: every axis goes, or none does", "all"
     )
+    g28_rotary: Literal["one_turn", "unwind", "both"] = _key(
+        "G28 and G30 of a rotary axis with `wrap`: at most one turn, as its words are read, or all "
+        "turns back",
+        "one_turn",
+    )
     length_after_reference: Literal["kept", "cancelled", "both"] = _key(
         "tool length after G28, G30 or G53 has moved its axis", "kept"
+    )
+    length_at_tool_change: Literal["kept", "new_tool", "both"] = _key(
+        "tool length in force after a tool change: as it was, or that of the new tool", "kept"
     )
     length_change: Literal["next_move", "at_once", "both"] = _key(
         "G43, G44, G49 or H without a word of the length axis: the next move brings the change, or "
@@ -286,7 +294,9 @@ ROWS: dict[str, Readings] = {
         m_per_block="open",
         m6_order=BOTH,
         rapids=BOTH,
+        g28_rotary=BOTH,
         length_after_reference=BOTH,
+        length_at_tool_change=BOTH,
         tool_change=ToolChangeMotion(retract=("Z",), position={"Z": 0.0}),
         dwell_p="point",
         r_and_ijk="error",

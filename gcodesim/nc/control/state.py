@@ -91,6 +91,7 @@ class State:
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
         passed: kind of lines that were left out or done in one of two ways -> how many of them,
             and the row of the first.
+        clamped_by: code that may have clamped a rotary axis, "" once one has let it go.
         skipped: where the axes may stand after a skip move; None where that is known.
         unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
             and why.
@@ -121,6 +122,7 @@ class State:
         self.corner: Corner | None = None
         self.path: tuple[int, float] | None = None
         self.holes = 0
+        self.clamped_by = ""
         self.skipped: Skipped | None = None
         self.unfollowed: dict[str, str] = {}
         self.passed: dict[str, tuple[int, int]] = {}
@@ -311,9 +313,16 @@ class State:
             *(self.modal, self._within_a_turn(self.position), self._within_a_turn(self.point)),
             *(self.frame, self.skipped, self.path),
             *(frames.levels, frames.tool, frames.tilted, frames.tips, frames.carried),
-            *(self.tcp_rotary, self.on_plane, self.line_feed, self.unfollowed),
+            *(self.tcp_rotary, self.on_plane, self.line_feed, self.unfollowed, self.clamped_by),
             *(self.offsets, self.tools, self.reference, self.recorder.turning),
         )
+
+    @property
+    def is_outside(self) -> bool:
+        """An axis stands outside its travel."""
+        travel = self.control.travel
+        stands = zip(AXES, self.axes, strict=True)
+        return any(not travel[a][0] <= at <= travel[a][1] for a, at in stands if a in travel)
 
     def _within_a_turn(self, place: list[float]) -> list[float]:
         """Return a position without the full turns of axes whose words are read modulo 360."""

@@ -116,7 +116,8 @@ class Jumps:
     def _begin_again(self, target: int | None) -> None:
         """Run the main program from its beginning, or from block N, unless that is nothing new.
 
-        What begins in the same state does the same, so that no later pass is another one.
+        What begins in the same state does the same, so that no later pass is another one. A pass
+        that ends outside the travel, at which the machine has stopped, is the last one too.
         """
         flow = self.flow
         after, begin = flow.index, flow.source.begin
@@ -128,7 +129,7 @@ class Jumps:
         else:
             flow.index = max(self.structures[flow.source.first].span(after - 1)[0], begin)
         self._passes += 1
-        if self._has_begun_so():
+        if self._has_begun_so() or self.state.is_outside:
             flow.index, self.state.ended = after, True
             what = f"M99 in the main program: {self._passes} passes"
             what = what if self._passes > 1 else "M99 in the main program: one pass"
