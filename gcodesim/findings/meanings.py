@@ -81,7 +81,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "call_too_deep": ("GC407", "calls nest up to 10 deep"),
     "block_structure": ("GC407", "everything opened is closed once, in order, in the same program"),
     "macro_alarm": ("GC407", "the program itself raises this alarm"),
-    "main_program_repeats": ("GC430", "are checked; what follows begins as one of them did"),
+    "main_program_repeats": ("GC430", "a further one begins as one of them did"),
     # Tool centre point, tilted planes, table offsets.
     "rotary_axes_missing": ("GC401", "the code needs a machine with rotary axes"),
     "tilted_plane_missing": ("GC401", "set a plane with G68.2 or G68.3 before"),

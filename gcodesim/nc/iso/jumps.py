@@ -108,7 +108,9 @@ class Jumps:
         if not flow.is_main:
             self.leave(block, target)
         elif target is None and self.state.control.readings.m99 == "end":
-            self.state.report("main_program_repeats", "M99 in the main program: one pass", "M99")
+            self.state.report(
+                "main_program_repeats", "M99 in the main program, passes checked: 1", "M99"
+            )
             self.state.ended = True
         else:
             self._begin_again(target)
@@ -131,8 +133,7 @@ class Jumps:
         self._passes += 1
         if self._has_begun_so() or self.state.is_outside:
             flow.index, self.state.ended = after, True
-            what = f"M99 in the main program: {self._passes} passes"
-            what = what if self._passes > 1 else "M99 in the main program: one pass"
+            what = f"M99 in the main program, passes checked: {self._passes}"
             self.state.report("main_program_repeats", what, "M99")
 
     def _has_begun_so(self) -> bool:

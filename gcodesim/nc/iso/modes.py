@@ -157,10 +157,11 @@ def listed_m(state: IsoState, block: Block, number: int) -> None:
 
 
 def _listed(state: IsoState, code: str, effect: str) -> None:
-    state.ignored[code] += 1
     if effect in ("clamp", "unclamp"):
         state.clamped_by = code if effect == "clamp" else ""
-    elif code[0] == "M":
+        return
+    state.ignored[code] += 1
+    if code[0] == "M":
         state.recorder.turn(Turning.MAY_TURN)
     if effect == "stop":
         state.emit(Kind.STOP)
