@@ -42,7 +42,7 @@ CODES: dict[str, Code] = {
     "GC406": Code("parameter or expression", "error", FAIL),
     "GC407": Code("subprogram or program flow", "error", FAIL),
     "GC408": Code("canned cycle", "error", FAIL),
-    "GC409": Code("offset, tool or position that was not given", "error", INCONCLUSIVE),
+    "GC409": Code("offset, tool, position or variable that was not given", "error", INCONCLUSIVE),
     "GC410": Code("value out of its range", "error", FAIL),
     "GC412": Code("macro or subprogram that is not there", "error", INCONCLUSIVE),
     "GC420": Code("unknown M code", "warning", INCONCLUSIVE),
