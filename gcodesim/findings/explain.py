@@ -35,8 +35,8 @@ ADVICE: dict[str, str] = {
     "GC406": "Correct the parameter or the expression; every control would stop here.",
     "GC407": "Correct the call, the loop or the block number; every control would stop here.",
     "GC408": "Give the cycle its missing or wrong word.",
-    "GC409": "Give the offset or the variable in the setup file, or the tool in the tools file; what "
-    "follows was not checked.",
+    "GC409": "Give the offset or the variable in the setup file, or the tool in the tools file; "
+    "what follows was not checked.",
     "GC410": "Correct the value of the word.",
     "GC412": "Put the subprogram into the program, or beside it as Onnnn.nc, or say what it does: "
     "`control: {programs: {9810: probe}}`; what follows was not checked.",

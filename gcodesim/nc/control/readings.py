@@ -219,15 +219,12 @@ class Readings:
         "P of M98 without L above 9999: repeats before the last four digits, or a number",
         "repeats",
     )
-    m99: Literal["end", "restart"] = _key("M99 in the main program: one pass, or for ever", "end")
-    macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
-        "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
     m99: Literal["end", "restart"] = _key(
         "M99 in the main program: one pass, or pass after pass until one begins as another did",
         "restart",
     )
-    macros: Literal["fanuc", "haas", "linuxcnc"] = _key(
-        "language of macros: Macro B, with more parameters on Haas, or o-words", "fanuc"
+    macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
+        "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
     )
     tcp_frame: Literal["table", "work"] = _key(
         "program axes under G43.4 ride on the table as it stands at rotary zero, or stand as the "
@@ -343,9 +340,7 @@ ROWS: dict[str, Readings] = {
         g10_l20="solved",
         g10_tool_r="ignored",
         m98_p="number",
-        m99="restart",
         macros="o_words",
-        macros="linuxcnc",
         tape=False,
     ),
 }
