@@ -10,6 +10,7 @@ from gcodesim.machine.loading import load_machine
 
 OPTIONS = gcodesim.Options(device="cpu")
 KNOWN = {"rapids": "linear", "length_after_reference": "kept", "length_change": "next_move"}
+KNOWN |= {"no_point": "units", "spindle_at_stop": "stops"}
 HEAD = "G21 G90 G17 G54\nT1 M6\nG0 X0 Y0\nG43 H1 Z100\n"
 BODY = "{{link: C, role: {}, box: {{size: [40, 40, 20], center: [0, 0, -30]}}}}"
 TOOL = """\

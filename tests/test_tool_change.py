@@ -18,6 +18,7 @@ LOW = "G21 G90 G94 G54\nT1 M6\nG0 X0 Y30 M3 S8000\nG43 H1 Z100\nG1 Z5 F3000\n{}G
 
 OPTIONS = gcodesim.Options(device="cpu")
 KNOWN = {"rapids": "linear", "length_after_reference": "kept", "length_change": "next_move"}
+KNOWN |= {"no_point": "units", "spindle_at_stop": "stops"}
 TOOLS = """\
 tools:
   - {number: 1, length: 130, flute: {diameter: 16, length: 50}, holder: [[20, 0], [20, 80]]}
