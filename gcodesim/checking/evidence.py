@@ -109,6 +109,7 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         names = (pair.a, pair.b)
         found.append(Finding("GC421", message, "flute_end_unknown", pair=names, tool=span.tool))
     found += [_in_stock(touch, path) for touch in detection.in_stock]
+    found += [_probed(touch, path) for touch in detection.probed]
     for pair, part in detection.undecided:
         message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
         text = (pair.a, pair.b)
@@ -131,6 +132,21 @@ def _in_stock(contact: Contact, path: Path) -> Finding:
         "GC426",
         message,
         "stock_keeps_shape",
+        line=first.line or None,
+        time_s=first.time_s,
+        pair=first.pair,
+        tool=first.tool,
+    )
+
+
+def _probed(contact: Contact, path: Path) -> Finding:
+    """A touch that a skip move is for."""
+    first = first_contact(contact, path, ())
+    message = f"{_part_name(contact, 0)} touches {_part_name(contact, 1)} in a skip move: "
+    return Finding(
+        "GC430",
+        message + MEANINGS["skip_touch"][1],
+        "skip_touch",
         line=first.line or None,
         time_s=first.time_s,
         pair=first.pair,
@@ -279,6 +295,11 @@ def coverage(
             f"clearance {pair.clearance:g} mm of {pair.name}: this method only tells contact"
             for pair in pairs
             if pair.clearance > 0.0 and not searches
+        )
+        + tuple(
+            f"clearance {pair.clearance:g} mm of {pair.name}: not looked at with a tool that probes"
+            for pair in sorted(detection.unmeasured, key=lambda pair: pair.name)
+            if pair.clearance > 0.0
         ),
         unchecked_by_rule=(
             *machine.unchecked_by_rule,
@@ -395,7 +416,8 @@ def _line_at(contact: Contact, path: Path) -> int:
     if contact.appears:
         return contact.span.line
     piece = int(path.piece_at(np.array([contact.time_ps]))[0])
-    if _flute_cuts(contact) and path.cuts is not None and path.cuts[piece]:
+    touching = path.touching is not None and path.touching[piece]
+    if _flute_cuts(contact) and path.cuts is not None and path.cuts[piece] and not touching:
         # Where it cuts it may touch: what counts is the move that begins there.
         piece += 1
     return int(path.line[piece])

@@ -53,6 +53,8 @@ class Detection:
         findings: what the search found per span besides the first contact.
         in_stock: the first touch of the raw part by tool parts, per pair: it keeps its shape here.
         endless: pairs of a tool whose flute ends nobody knows where, with the span it cuts in.
+        probed: the first touch of part, stock and fixture in skip moves, per pair.
+        unmeasured: pairs whose clearance was not looked at, for a skip move may touch.
         not_smaller: flutes that cannot be made smaller, with the pairs that stay unchecked.
         steps: per span the largest step of a pair from sample to sample, and the pair.
     """
@@ -67,6 +69,8 @@ class Detection:
     findings: list[SpanFindings] = field(default_factory=list)
     in_stock: list[Contact] = field(default_factory=list)
     endless: dict[Pair, Span] = field(default_factory=dict)
+    probed: list[Contact] = field(default_factory=list)
+    unmeasured: set[Pair] = field(default_factory=set)
     not_smaller: dict[tuple[Pair, str], Span] = field(default_factory=dict)
     steps: list[tuple[Pair, SampleStep]] = field(default_factory=list)
     work: WorkCounts = field(default_factory=WorkCounts)
@@ -137,15 +141,16 @@ def detect(task: Task) -> Detection:
         detection.spans.append(span)
         bodies = bodies_in_place(task.machine, span.tool)
         present = [p for p in task.machine.pairs if is_present(p, bodies)]
-        pairs = tuple(p for p in present if not _in_stock(p, task.machine))
-        soft = tuple(p for p in present if p not in pairs)
+        soft = tuple(p for p in present if _in_stock(p, task.machine))
+        probed = _probed_pairs(task, span, present, bodies)
+        pairs = tuple(p for p in present if p not in soft and p not in probed)
         bare = any(name not in bodies for p in task.machine.pairs for name in (p.a, p.b))
         if bare and span.end_ps > span.start_ps:
             # An empty spindle that nothing moves before the first tool change is no gap.
             detection.missing.append(span)
         detection.checked.update(present)
         looked = _Forbidden(task, arrays, span, travels, detection)
-        early = looked.flute_in_part()
+        early = min_contact(looked.flute_in_part(), looked.tool_while_probing(probed, bodies))
         looked.tool_in_stock(soft, bodies)
         if not pairs:
             detection.contact = early or detection.contact
@@ -176,6 +181,26 @@ def detect(task: Task) -> Detection:
         if detection.contact and not task.aims.stop_all:
             break
     return detection
+
+
+def min_contact(*found: Contact | None) -> Contact | None:
+    """The first of some contacts."""
+    return min((contact for contact in found if contact), key=_order, default=None)
+
+
+def _probed_pairs(
+    task: Task, span: Span, pairs: list[Pair], bodies: dict[str, Body]
+) -> tuple[Pair, ...]:
+    """The pairs of the tool and a fixture, where a skip move of the span may touch."""
+    path, tool = task.path, task.machine.tool
+    if path.touching is None or tool is None or not path.touching[_pieces(path, span)].any():
+        return ()
+    return tuple(p for p in pairs if tool.name in (p.a, p.b) and _is_fixture(p, tool.name, bodies))
+
+
+def _is_fixture(pair: Pair, tool: str, bodies: dict[str, Body]) -> bool:
+    other = bodies[pair.b if pair.a == tool else pair.a]
+    return any(part.role == "fixture" for part in other.parts)
 
 
 def _pieces(path: Path, span: Span) -> slice:
@@ -226,7 +251,46 @@ class _Forbidden:
                 continue
             detection.checked.add(pair)
             first += self._kept(pair, self._touches(pair, bodies, ~cuts))
+            self._note(pair, bodies)
         return min(first, key=_order, default=None)
+
+    def tool_while_probing(
+        self, pairs: tuple[Pair, ...], bodies: dict[str, Body]
+    ) -> Contact | None:
+        """The first touch of a fixture by the tool, whose flute may touch it in skip moves."""
+        task, first = self.task, list[Contact]()
+        touching, tool = task.path.touching, task.machine.tool
+        if touching is None or tool is None:
+            return None
+        flute, rest = self._split(bodies[tool.name])
+        for pair in pairs:
+            self.detection.unmeasured.add(pair)
+            first += self._kept(pair, self._touches(pair, bodies, ~touching))
+            if rest and is_present(pair, others := {**bodies, rest.name: rest}):
+                first += self._kept(pair, self._touches(pair, others, touching))
+            if flute:
+                self._note(pair, {**bodies, flute.name: flute})
+        return min(first, key=_order, default=None)
+
+    def _split(self, tool: Body) -> tuple[Body | None, Body | None]:
+        """The flute of a tool, and what else it has."""
+        flutes = tuple(part for part in tool.parts if part.role == "flute")
+        others = tuple(part for part in tool.parts if part.role != "flute")
+        machine = self.task.machine
+        if not others and machine.tool and flutes == (machine.tool.one_shape,):
+            return tool, above_flute(machine)
+        return (
+            replace(tool, parts=flutes) if flutes else None,
+            replace(tool, parts=others) if others else None,
+        )
+
+    def _note(self, pair: Pair, bodies: dict[str, Body]) -> None:
+        """Keep what the flute touches first in skip moves."""
+        touching, span = self.task.path.touching, self.span
+        if touching is None or not touching[_pieces(self.task.path, span)].any():
+            return
+        found = self._touches(pair, bodies, touching).contacts
+        self.detection.probed += [c for c in found[:1] if not c.appears]
 
     def _above_flute(self, cuts: NDArray[np.bool_]) -> list[Contact]:
         """Touches of the part, while it is cut, by what of a tool of one shape is no flute."""

@@ -35,16 +35,17 @@ ADVICE: dict[str, str] = {
     "GC406": "Correct the parameter or the expression; every control would stop here.",
     "GC407": "Correct the call, the loop or the block number; every control would stop here.",
     "GC408": "Give the cycle its missing or wrong word.",
-    "GC409": "Give the offset in the setup file, or the tool in the tools file; what follows was "
-    "not checked.",
+    "GC409": "Give the offset or the variable in the setup file, or the tool in the tools file; "
+    "what follows was not checked.",
     "GC410": "Correct the value of the word.",
-    "GC412": "Put the subprogram into the program, or beside it as Onnnn.nc: what follows was not "
-    "checked.",
+    "GC412": "Put the subprogram into the program, or beside it as Onnnn.nc, or say what it does: "
+    "`control: {programs: {9810: probe}}`; what follows was not checked.",
     "GC420": "If the code moves no axis, list it: `control: {m_codes: {123: none}}`.",
     "GC421": "Give the tool a shape in the tools file; until then its pairs are not checked.",
     "GC422": "Let the CAM system compensate, or check by hand: the tool runs beside the path that "
     "was checked.",
-    "GC423": "The operator moves the machine here; that cannot be checked from the program.",
+    "GC423": "The operator or a probe decides where the axes are: that cannot be checked from the "
+    "program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
     "GC426": "The stock is not cut away here: look whether the material is gone by then, or check "

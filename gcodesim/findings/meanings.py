@@ -61,18 +61,27 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "parameter_out_of_range": ("GC406", "use a parameter the control has"),
     "parameter_readonly": ("GC406", "the control keeps this value itself"),
     "parameter_undefined": ("GC425", "give the parameter a value before it is used"),
+    "value_unknown": (
+        "GC409",
+        "it is made of a variable that the control keeps: set it before, or give it under "
+        "`variables:` in the setup file",
+    ),
+    "program_of_probe": ("GC423", "where it goes, and what it measures, is not followed"),
     "name_undefined": ("GC406", "give the parameter a value before it is used"),
     "division_by_zero": ("GC406", "the divisor must not be 0"),
     "function_domain": ("GC406", "the value lies outside what the function takes"),
     "expression_unclosed": ("GC406", "an expression stands between [ and ], 50 levels at most"),
     "call_without_number": ("GC407", "name the subprogram, or the block, with P"),
-    "subprogram_not_found": ("GC412", "put it into the program, or as Onnnn.nc beside it"),
+    "subprogram_not_found": (
+        "GC412",
+        "put it into the program, as Onnnn.nc beside it, or into `control: {programs: ...}`",
+    ),
     "modes_not_saved": ("GC407", "save the modes with M70 or M73 before, in the same call"),
     "block_not_found": ("GC407", "the program has no block with this number"),
     "call_too_deep": ("GC407", "calls nest up to 10 deep"),
     "block_structure": ("GC407", "everything opened is closed once, in order, in the same program"),
     "macro_alarm": ("GC407", "the program itself raises this alarm"),
-    "main_program_repeats": ("GC430", "one pass is checked"),
+    "main_program_repeats": ("GC430", "a further one begins as one of them did"),
     # Tool centre point, tilted planes, table offsets.
     "rotary_axes_missing": ("GC401", "the code needs a machine with rotary axes"),
     "tilted_plane_missing": ("GC401", "set a plane with G68.2 or G68.3 before"),
@@ -101,6 +110,15 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "rotary_in_cycle": ("GC408", "move A, B and C in a block of their own"),
     "tapping_no_spindle": ("GC408", "start the spindle with M3 or M4 before"),
     "manual_retract": ("GC423", "the tool is withdrawn by hand; the check goes on from the bottom"),
+    "position_unknown": (
+        "GC423",
+        "go back along the skip move, or give its axes a position of their own, before other moves",
+    ),
+    "measured_by_probe": ("GC409", "give the offset in the setup file, and leave the block out"),
+    "clamped_axis": (
+        "GC430",
+        "where that clamps it, let it go before (`m_codes: {11: unclamp}` names the code)",
+    ),
     "cycle_dwell_missing": ("GC430", "no dwell at the bottom; give P"),
     # Values.
     "negative_word": ("GC410", "the value must not be negative"),
@@ -161,6 +179,7 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
         "GC426",
         "the material may be cut away by then: that is not followed yet",
     ),
+    "skip_touch": ("GC430", "that is what a skip move is for; holder and shank still count"),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
     "flute_end_unknown": ("GC421", "write `flute: height from the tip` under `mounted`"),
     "flute_not_round": (

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gcodesim.findings.codes import Finding
 from gcodesim.machine import shapes
+from gcodesim.machine.files import inside
 from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.mesh import read_mesh
 from gcodesim.machine.model import Joint, Part
@@ -73,12 +74,7 @@ class PartReader:
         return Part(name, mesh.triangles, mesh.closed, role, file)
 
     def _mesh_path(self, file: str, *key: str | int) -> Path:
-        folder = self.source.path.parent
-        path = folder / file
-        inside = not Path(file).is_absolute() and path.resolve().is_relative_to(folder.resolve())
-        if not inside and not self.allow_outside:
-            text = f"{file} lies outside the folder of this file: copy it there, or --allow-outside"
-            raise self.source.error(text, *key)
+        path = inside(self.source, file, self.allow_outside, *key)
         if not path.is_file():
             text = f"mesh file {path} does not exist; its path is relative to this file"
             raise self.source.error(text, *key)

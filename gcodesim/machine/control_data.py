@@ -41,6 +41,7 @@ def control_for(
         mounted_length=mount.length if mount else 0.0,
         offsets=machine.offsets,
         reference=machine.reference,
+        variables=machine.variables,
         feed=feed,
         unit=machine.unit,
         wrap={joint.name: joint.wrap for joint in machine.joints if joint.rotary},

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin, get_type_hints
 
-from pydantic import Field, create_model
+from pydantic import BeforeValidator, Field, create_model
 
 from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.machine.sections import FileNumber, Section
-from gcodesim.nc.control.readings import ROWS, Readings
+from gcodesim.nc.control.readings import ROWS, Readings, ToolChangeMotion
 
 CONTROL_KEYS = frozenset(entry.name for entry in fields(Readings) if "meaning" in entry.metadata)
 """Keys of a machine file's section `control`."""
@@ -22,6 +22,10 @@ STRICT: dict[type, dict[str, Any]] = {
     bool: {"strict": True},
 }
 """Numbers and truths of a file are written as such: "3" and 1 are none."""
+
+
+NUMBER_OR_WORD = BeforeValidator(lambda key: str(key) if type(key) is int else key)
+"""A key of a mapping that is a word; numbers stand for themselves."""
 
 
 class _Keys(Section):
@@ -54,10 +58,14 @@ def _in_file(hint: Any, rules: Mapping[str, Any], rows: Mapping[str, Any]) -> An
     if is_dataclass(hint):
         return _section_of(hint, rows)  # type: ignore[arg-type]
     inner = get_args(hint)
+    if inner and is_dataclass(inner[0]):
+        return _section_of(inner[0], {}) | inner[1]  # type: ignore[arg-type]
     if get_origin(hint) is tuple:
         return tuple[_in_file(inner[0], rules, rows), ...]  # type: ignore[misc]
     if get_origin(hint) is Mapping:
-        return dict[FileNumber, inner[1]]  # type: ignore[valid-type]
+        key = FileNumber if inner[0] is float else Annotated[str, NUMBER_OR_WORD, Field(**rules)]
+        value = FileNumber if inner[1] is float else inner[1]
+        return dict[key, value]  # type: ignore[valid-type]
     if NoneType in inner:
         return _in_file(inner[0], rules, rows)
     return Annotated[hint, Field(**STRICT.get(hint, {}), **rules)]
@@ -65,10 +73,13 @@ def _in_file(hint: Any, rules: Mapping[str, Any], rows: Mapping[str, Any]) -> An
 
 def _left_out(rows: Mapping[str, Any]) -> str:
     """What a key is when it is left out, for the manual; by dialect where they differ."""
+    words = any(isinstance(value, str | float | bool) for value in rows.values())
     values = {
-        name: json.dumps(value).strip('"')
+        name: json.dumps(asdict(value) if isinstance(value, ToolChangeMotion) else value).replace(
+            '"', ""
+        )
         for name, value in rows.items()
-        if isinstance(value, str | float | bool)
+        if words and isinstance(value, str | float | bool | ToolChangeMotion)
     }
     if len(set(values.values())) < 2:
         return "".join(f"; left out: {value}" for value in [*values.values()][:1])

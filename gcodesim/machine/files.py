@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim.errors import UsageError
-from gcodesim.machine.yaml_lines import read_yaml, suggest
+from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
 
 
 def find_machine(path: str) -> Path:
@@ -34,8 +34,23 @@ def beside(file: Path, name: str) -> str:
     return str(near) if near.is_file() else name
 
 
+def inside(source: YamlFile, name: str, allow_outside: bool, *key: str | int) -> Path:
+    """A path that a file names at a key, relative to it.
+
+    Raises:
+        ModelError: it leaves the folder of the file.
+    """
+    folder = source.path.parent
+    path = folder / name
+    within = not Path(name).is_absolute() and path.resolve().is_relative_to(folder.resolve())
+    if not within and not allow_outside:
+        text = f"{name} lies outside the folder of this file: copy it there, or --allow-outside"
+        raise source.error(text, *key)
+    return path
+
+
 def files_of(machine: str, setup: str | None, tools: str | None) -> list[Path]:
-    """The files that `load_machine` reads for these three, meshes too.
+    """The files that `load_machine` reads for these three, meshes and programs too.
 
     Raises:
         UsageError: a file is missing or is no text.
@@ -44,7 +59,20 @@ def files_of(machine: str, setup: str | None, tools: str | None) -> list[Path]:
     tools = tools or (_tools_of(Path(setup)) if setup else None)
     given = [find_machine(machine), *(Path(name) for name in (setup, tools) if name)]
     meshes = [mesh for file in given if file.suffix.lower() != ".tbl" for mesh in _meshes(file)]
-    return [*given, *dict.fromkeys(meshes)]
+    return [*given, *dict.fromkeys(meshes), *_programs(given[0])]
+
+
+def _programs(machine: Path) -> Iterator[Path]:
+    """Yield the program files of the control that a machine file names."""
+    control = read_yaml(machine).data.get("control")
+    control = control if isinstance(control, dict) else {}
+    listed = control.get("programs")
+    for name in listed.values() if isinstance(listed, dict) else ():
+        if isinstance(name, str) and (machine.parent / name).is_file():
+            yield machine.parent / name
+    library = control.get("library")
+    if isinstance(library, str) and library:
+        yield from sorted(path for path in (machine.parent / library).glob("*") if path.is_file())
 
 
 def _tools_of(setup: Path) -> str | None:

@@ -50,6 +50,8 @@ control:                     # what parameters of the control decide: look them 
   g28_no_axes: all           # G28 without axis words: all | none go
   length_after_reference: kept    # tool length after G28 G30 G53 of Z: kept | cancelled
   length_change: next_move   # G43 or G49 without Z: the next_move brings it, or Z goes at_once
+  tool_change: both          # M6: the axes are where the program left them (stays), Z goes to the
+                             # reference point, or: {{retract: [Z], position: {{Z: 0}}, seconds: 6}}
 path_tolerance: {{G64: null, rapid: null}}    # mm; null: exact path assumed, and the report says so
 """
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gcodesim.machine.bodies import PartReader, longest_travel
-from gcodesim.machine.files import find_machine
+from gcodesim.machine.files import find_machine, inside
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, ZeroPoint
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
@@ -17,7 +17,7 @@ from gcodesim.machine.setup import Setup, read_setup
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
-from gcodesim.nc.control.readings import choose_readings
+from gcodesim.nc.control.readings import STANDS_FOR, choose_readings
 
 TOOL_PARTS = ("flute", "shank", "holder")
 
@@ -41,6 +41,9 @@ def load_machine(
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
     _check_limits_of_time(file, source)
+    given = file.control.model_dump(exclude_none=True)
+    _find_programs(given, source, allow_outside)
+    _check_tool_change(given.get("tool_change"), joints, source)
     travel = longest_travel(joints)
     reader = PartReader(source, file.units, allow_outside, travel)
     own = _link_bodies(file, links, reader)
@@ -55,7 +58,6 @@ def load_machine(
     members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
     members += [_tool_member(mount, table)] if mount else []
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
-    given = file.control.model_dump(exclude_none=True)
     return Machine(
         name=file.name,
         path=str(source.path),
@@ -170,7 +172,7 @@ def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:
 def _positions(
     file: MachineFile, job: Setup, joints: Sequence[Joint], source: YamlFile
 ) -> dict[str, Any]:
-    """The fields of Machine that hold positions and offsets."""
+    """The fields of Machine that hold positions, offsets and variables."""
     work = file.work
     if work is not None and work.link not in file.links:
         text = f"unknown link {work.link!r}; {suggest(work.link, file.links)}"
@@ -186,7 +188,32 @@ def _positions(
         },
         "reference": file.reference,
         "start": _start(file, job, joints, source),
+        "variables": job.file.variables,
     }
+
+
+def _find_programs(given: dict[str, Any], source: YamlFile, allow_outside: bool) -> None:
+    """Let files and folder of programs be named from here, as meshes are."""
+    key = "control", "programs"
+    for number, name in given.get("programs", {}).items():
+        if name not in STANDS_FOR:
+            path = inside(source, name, allow_outside, *key, number)
+            if not path.is_file():
+                text = f"program {path} does not exist; write {', '.join(STANDS_FOR)} or a file"
+                raise source.error(text, *key, number)
+            given["programs"][number] = str(path)
+    if given.get("library"):
+        path = inside(source, given["library"], allow_outside, "control", "library")
+        if not path.is_dir():
+            raise source.error(f"{path} is no folder", "control", "library")
+        given["library"] = str(path)
+
+
+def _check_tool_change(motion: Any, joints: Sequence[Joint], source: YamlFile) -> None:
+    """The motion of a tool change, where it is none of its words, names axes of the machine."""
+    for key, axes in motion.items() if isinstance(motion, dict) else ():
+        if key != "seconds":
+            _check_axes(dict.fromkeys(axes, 0.0), joints, source, "control", "tool_change", key)
 
 
 def _check_axes(

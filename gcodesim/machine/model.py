@@ -189,6 +189,7 @@ class Machine:
         offsets: work offsets by number (1 = G54 ... 9 = G59.3; 101.. = G54.1 P1..).
         reference: "G28" and "G30" -> axis letter -> machine position.
         start: axis letter -> machine position at program start.
+        variables: number -> value: what the control's memory holds before the program.
         readings: how its control reads programs.
         given: those of them that the machine file gives; they hold under every dialect.
         is_dialect_told: the file says `dialect: auto`: the text of each program tells its dialect.
@@ -212,6 +213,7 @@ class Machine:
     reference: Mapping[str, Mapping[str, float]]
     start: Mapping[str, float]
     readings: Readings
+    variables: Mapping[int, float] = field(default_factory=dict)
     given: Mapping[str, Any] = field(default_factory=dict)
     is_dialect_told: bool = False
     unit: str | None = None

@@ -419,4 +419,8 @@ class SetupFile(Section):
     units: Unit = Field(default="mm", description="of the mesh files")
     offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
     start: Position = Field(default_factory=dict, description="replaces that of the machine file")
+    variables: dict[Natural, FileNumber] = Field(
+        default_factory=dict,
+        description="number -> value: macro variables that the control keeps; others are not known",
+    )
     bodies: dict[Name, SetupBodySpec] = Field(default_factory=dict)

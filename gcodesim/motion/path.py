@@ -85,6 +85,7 @@ class Path(Ways):
             from where the control would have it: pieces of tool centre point moves are chords.
         cuts: the flute may touch the part, for it is fed and the spindle may turn, shape (n,);
             None = throughout.
+        touching: what the flute touches is what a skip move is for, shape (n,); None = nowhere.
     """
 
     joints: tuple[str, ...]
@@ -93,6 +94,7 @@ class Path(Ways):
     tool_changes: tuple[ToolChange, ...] = ()
     deviation_mm: float = 0.0
     cuts: NDArray[np.bool_] | None = None
+    touching: NDArray[np.bool_] | None = None
 
     @property
     def duration_ps(self) -> int:
@@ -143,6 +145,7 @@ def standing(path: Path, time_ps: int) -> Path:
         line=path.line[path.piece_at(at)],
         tool_changes=(),
         cuts=None if path.cuts is None else np.zeros(1, np.bool_),
+        touching=None,
     )
 
 

@@ -68,6 +68,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
         tool_changes=_tool_changes(program, moves.row, end),
         deviation_mm=moves.deviation_mm,
         cuts=_cuts(program, moves.row),
+        touching=np.isin(moves.row, program.touching) if len(program.touching) else None,
     )
     centre, clock = under.centre if under else None, (moves.row, bounds)
     return path, findings + stretched(program, wanted, least, clock, machine, centre)
@@ -133,13 +134,15 @@ def _clock(seconds: NDArray[np.float64]) -> tuple[NDArray[np.int64], int]:
 def _cuts(program: CanonicalProgram, rows: NDArray[np.intp]) -> NDArray[np.bool_] | None:
     """Whether the flute may touch the part in each move: none in rapids and as the spindle stands.
 
+    In a skip move it may, whatever the spindle does.
     Where the spindle stands turned away from the wall, the flute is not round: nothing is asked.
     """
     if program.turning is None:
         return None
     kind, turning = program.kind[rows], program.turning[rows]
     away = turning == Turning.TURNED_AWAY
-    return np.asarray(away | ((kind != Kind.RAPID) & (turning != Turning.STANDS)))
+    fed = (kind != Kind.RAPID) & (turning != Turning.STANDS)
+    return np.asarray(away | fed | np.isin(rows, program.touching))
 
 
 def _tool_changes(

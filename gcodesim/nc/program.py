@@ -104,6 +104,8 @@ class CanonicalProgram:
         speed: spindle speed [rev/min] in force, shape (n,) float32.
         aux: see Kind, shape (n,) int32.
         turning: Turning but HALTED, shape (n,) uint8; None = may turn throughout.
+        touching: rows of skip moves, and of moves that begin where one has stopped: what the flute
+            touches there stopped it.
         arcs: rows of ARC_DTYPE.
         texts: messages.
         start: machine position before the first command, shape (6,).
@@ -123,6 +125,7 @@ class CanonicalProgram:
     texts: list[str] = field(default_factory=list)
     stock: StockCorners | None = None
     turning: NDArray[np.uint8] | None = None
+    touching: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __len__(self) -> int:
         return len(self.kind)

@@ -33,6 +33,7 @@ class Recorder:
         self._texts: list[str] = []
         self._switches: list[tuple[int, int]] = [(0, Frame.MACHINE)]
         self._spindle: list[tuple[int, int]] = [(0, Turning.STANDS)]
+        self._touching: list[int] = []
         self._stock: StockCorners | None = None
 
     def __len__(self) -> int:
@@ -85,6 +86,15 @@ class Recorder:
             self._switches.append((len(self), frame))
 
     @property
+    def frame(self) -> int:
+        """What moves are counted in now."""
+        return self._switches[-1][1]
+
+    def may_touch(self) -> None:
+        """Let the next move be one in which the flute may touch: a skip move, or its way back."""
+        self._touching.append(len(self))
+
+    @property
     def turning(self) -> int:
         """What is known of the spindle now."""
         return self._spindle[-1][1]
@@ -126,6 +136,8 @@ class Recorder:
         for column in (self._kind, self._line, self._f, self._mode, self._speed, self._aux):
             del column[count:]
         del self._to[6 * count :]
+        while self._touching and self._touching[-1] >= count:
+            self._touching.pop()
 
     def program(self, start: list[float]) -> CanonicalProgram:
         """Return the columns; `start` is the machine position before the first command."""
@@ -144,6 +156,7 @@ class Recorder:
             texts=self._texts,
             stock=self._stock,
             turning=self._spread(self._spindle),
+            touching=np.array(self._touching, np.int64),
         )
 
     def _arc_rows(self) -> NDArray[np.void]:

@@ -23,6 +23,8 @@ GIVEN = {
     "g28_no_axes": "none",
     "length_after_reference": "cancelled",
     "length_change": "at_once",
+    "length_at_tool_change": "new_tool",
+    "g28_rotary": "unwind",
     "dwell_p": "s",
     "g80": "motion",
     "g87": "centre",
@@ -52,7 +54,7 @@ GIVEN = {
     "g10_l20": "solved",
     "g10_tool_r": "ignored",
     "m98_p": "number",
-    "m99": "restart",
+    "m99": "end",
     "macros": "o_words",
     "tape": False,
     "polar_words": True,
@@ -63,10 +65,11 @@ GIVEN = {
     "m_codes": {46.0: "none", 60.5: "stop"},
     "g_codes": {500.0: "clamp"},
     "ignore_words": ("E", "Q"),
+    "programs": {"9810": "probe", "L6": "tool_change"},
 }
-"""Key -> a value that no row of fanuc has; `arc` is a section of its own."""
+"""Key -> a value that no row of fanuc has; others have tests of their own."""
 
-KEYS = [*GIVEN, "arc"]
+KEYS = [*GIVEN, "arc", "tool_change", "library"]
 
 
 def in_control(key, value):
@@ -126,7 +129,7 @@ def test_r_and_ijk_is_no_tolerance_any_more(changed):
         ("arc: {tol_mm: true}", "arc.tol_mm", "valid number, not True"),
         ("arc: {tol_rel: 1e10}", "arc.tol_rel", "less than or equal to 1000000000"),
         ("m_codes: {'46': none}", "m_codes.46", "valid number"),
-        ("m_codes: {46: off}", "m_codes.46", "'none', 'clamp' or 'stop'"),
+        ("m_codes: {46: off}", "m_codes.46", "'none', 'clamp', 'unclamp' or 'stop'"),
         ("ignore_words: [EE]", "ignore_words.0", "match pattern"),
     ],
 )

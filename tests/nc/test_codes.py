@@ -84,7 +84,9 @@ def test_codes_run_in_the_order_of_the_language():
 
 
 def test_listed_codes_replace_refused_ones_only():
-    rows = codes_for("fanuc", (1.0, 66.0, 68.2, 500.0), (6.0, 900.0))
+    rows = codes_for(
+        "fanuc", dict.fromkeys((1.0, 66.0, 68.2, 500.0), "none"), {6.0: "none", 900.0: "none"}
+    )
     assert rows["G", 10].action == "straight"
     assert not rows["G", 660].refused
     assert ("G", 5000) in rows

@@ -150,12 +150,42 @@ def test_messages_show_values(control):
 
 
 @pytest.mark.parametrize(
+    ("dialect", "text", "reached"),
+    [
+        ("fanuc", "G0 X1\nX2\nM99", [1, 2, 1, 2]),
+        ("haas", "G0 X1\nX2 Y1\nM99", [1, 2, 1, 2]),
+        ("linuxcnc", "G0 X1\nX0\nM99", [1, 0, 1, 0]),
+        ("fanuc", "G91 G0 X1\nG90 X0\nM99 P5\nN5 X3\nM99 P5", [1, 0, 3]),
+        ("fanuc", "#1=#1+1\nIF[#1LT4]GOTO5\n#1=0\nN5 G0 X#1\nM99", [1, 2, 3, 0, 1]),
+    ],
+)
+def test_m99_in_the_main_program_repeats_it_until_a_pass_begins_as_another_did(
+    dialect, text, reached, control
+):
+    meaning = interpret(text, control(dialect))
+    moves = (meaning.program.kind == Kind.RAPID) & (meaning.program.line > 0)
+    assert meaning.program.to[moves, 0].tolist()[: len(reached)] == reached
+    assert [f.meaning for f in meaning.findings] == ["main_program_repeats"]
+    assert not meaning.stopped
+
+
+def test_full_turns_of_a_table_make_no_pass_another_one(control):
+    table = {"wrap": {"C": "shortest"}, "axes": "XYZC"}
+    assert not interpret("G91 G0 C90\nM99", control("fanuc", **table)).stopped
+
+
+def test_a_pass_that_ends_outside_the_travel_is_the_last(control):
+    meaning = interpret("G91 G0 Z-10\nM99", control("fanuc", travel={"Z": (-100.0, 0.0)}))
+    assert (meaning.blocks, meaning.stopped) == (22, False)
+
+
+@pytest.mark.parametrize(
     ("dialect", "text"),
     [
         ("fanuc", "N1 GOTO 1"),
         ("fanuc", "WHILE [1 EQ 1] DO1\nEND1"),
         ("fanuc", "M98 P1 L999999999\nM30\nO1\nM99"),
-        ("linuxcnc", "M99"),
+        ("fanuc", "#1=#1+1\nG0 X1\nM99"),
         ("linuxcnc", "o1 do\no1 while [1]"),
         ("linuxcnc", "o1 repeat [1000000000]\no1 endrepeat"),
     ],

@@ -37,13 +37,15 @@ READ = {
     "tapping_starts_spindle": (True, "S1 F9\nG84 X1 Z-5 R1"),
     "g10_tool_r": ("ignored", "T2 M6\nG10 L10 P2 R9\nG43 H2 G0 Z0"),
     "m98_p": ("number", "M98 P20007\nM30\nO7 G91 G0 X1\nM99\nO20007 G0 X5\nM99"),
-    "m99": ("restart", "#1=#1+1\nIF[#1GT2]GOTO9\nG0 X#1\nM99\nN9"),
     "macros": ("macro_b_haas", "#10500=3\nG0 X#10500"),
+    "m99": ("end", "#1=#1+1\nIF[#1GT2]GOTO9\nG0 X#1\nM99\nN9"),
     "tape": (False, "G0 X1 /Y2"),
     "start_motion": ("G1", "F9 X1"),
     "m_codes": ({777: "stop"}, "M777"),
     "g_codes": ({777: "stop"}, "G777"),
     "ignore_words": (("E",), "G0 X1 E2"),
+    "length_at_tool_change": ("new_tool", "T1 M6\nG43 H1\nT2 M6\nG0 Z1"),
+    "programs": ({"7": "none"}, "M98 P7"),
 }
 """Key -> another reading than that of fanuc, and a program that tells the two apart.
 
@@ -68,7 +70,7 @@ def test_readings_without_the_dialects_name_make_linuxcnc_of_fanuc(control):
     keys = {
         name: getattr(ROWS["linuxcnc"], name)
         for name in READ
-        if name not in ("arc", "m_codes", "g_codes", "ignore_words")
+        if name not in ("arc", "m_codes", "g_codes", "ignore_words", "programs")
     }
     for name in ("g80", "feed_forgotten", "h0", "g10_tool_r", "m99", "m98_p"):
         text = f"{READ[name][1]}\nM30"

@@ -9,6 +9,7 @@ from enum import Enum
 from gcodesim.nc.control.arcs import ArcError, Point, centre_from_radius, check_centre
 from gcodesim.nc.control.corners import cut_corner, keep_corner
 from gcodesim.nc.control.modal import TipControl
+from gcodesim.nc.control.skips import Skipped
 from gcodesim.nc.control.state import Edge, State
 from gcodesim.nc.control.tips import rotary_for, tool_direction, way_back
 from gcodesim.nc.control.wrap import unwound
@@ -48,6 +49,8 @@ def point_to(state: State, words: Words, how: Mapping[int, How] | None = None) -
     if state.frames.carried is not None:
         _carry_offset(state, words, how)
     point, wraps = state.point.copy(), state.wraps
+    if state.skipped is not None:
+        state.tell(i for i in words if _is_own(state, (how or {}).get(i)))
     if how:
         for i, value in words.items():
             point[i] = _meant(state, i, value, how.get(i), point)
@@ -61,6 +64,11 @@ def point_to(state: State, words: Words, how: Mapping[int, How] | None = None) -
         for i, value in words.items():
             point[i] = value
     return point
+
+
+def _is_own(state: State, how: How | None) -> bool:
+    """Tell whether a value is a position, and not a step."""
+    return not state.modal.incremental if how is None else how is not How.INCREMENTAL
 
 
 def _meant(state: State, i: int, value: float, how: How | None, point: list[float]) -> float:
@@ -102,6 +110,7 @@ def _carry_offset(state: State, words: Words, how: Mapping[int, How] | None) -> 
 def machine_point(state: State, words: Words) -> list[float]:
     """Return the axis positions that words in machine coordinates name."""
     axes = state.axes.copy()
+    state.tell(words)
     for i, value in words.items():
         axes[i] = _unwound(state, i, value, axes) if AXES[i] in state.wraps else value
     return axes
@@ -168,9 +177,20 @@ def through(state: State, middle: list[float], ends: Words) -> None:
     else:
         move_axes(state, RAPID, state.axes_of(position))
     axes = state.axes.copy()
+    state.tell(ends)
     for i, value in ends.items():
-        axes[i] = value
+        axes[i] = _back_to(state, i, value, axes)
     move_axes(state, RAPID, axes)
+
+
+def _back_to(state: State, i: int, value: float, axes: list[float]) -> float:
+    """Return where an axis comes to stand that returns to a position, perhaps turns away."""
+    if AXES[i] not in state.wraps:
+        return value
+    near = _unwound(state, i, value, axes)
+    if near == value or state.reading("g28_rotary") == "unwind":
+        return value
+    return near
 
 
 def retract(state: State, distance: float | None) -> None:
@@ -214,6 +234,7 @@ def retract_axes(state: State, letters: str) -> None:
         if letter not in known:
             raise state.place.error("retract_unknown", f"the retract position of {letter}")
         axes[AXES.index(letter)] = known[letter]
+    state.tell(map(AXES.index, letters))
     move_axes(state, RAPID, axes)
 
 
@@ -221,12 +242,10 @@ def move(state: State, kind: Kind, position: list[float], f: float) -> None:
     """Record a straight move to a position; one of no length is left out."""
     if state.unfollowed:
         raise state.refusal()
-    if position != state.position:
-        modal = state.modal
-        if state.frames.tilted and modal.tip_control is OFF:
+    if position != state.position or state.skipped is not None:
+        if state.frames.tilted and state.modal.tip_control is OFF:
             check_square(state)
-        row = state.place.row
-        state.recorder.add(kind, row, position, f=f, mode=modal.feed_mode, speed=modal.speed)
+        _record(state, kind, state.position, position, f)
         state.position = position
 
 
@@ -234,11 +253,46 @@ def move_axes(state: State, kind: Kind, axes: list[float], f: float = 0.0) -> No
     """Record a move that is straight in the joints, to axis positions, whatever is switched on."""
     if state.unfollowed:
         raise state.refusal()
-    if axes != state.axes:
-        modal, row = state.modal, state.place.row
+    start = state.axes
+    if axes != start or state.skipped is not None:
         state.recorder.switch(Frame.MACHINE)
-        state.recorder.add(kind, row, axes, f=f, mode=modal.feed_mode, speed=modal.speed)
+        _record(state, kind, start, axes, f)
     state.stand(axes)
+
+
+def _record(state: State, kind: Kind, start: list[float], end: list[float], f: float) -> None:
+    """Record a straight move; after a skip move, as far as it is known where it begins."""
+    modal, row, recorder = state.modal, state.place.row, state.recorder
+    ends = [end]
+    if state.clamped_by and start[3:] != end[3:]:
+        turned = next(AXES[i] for i in range(3, 6) if start[i] != end[i])
+        code = state.clamped_by
+        state.report("clamped_axis", f"{turned} turns after {code}", turned, subject=code)
+    if state.skipped is not None:
+        ends = _after_skip(state, start, end)
+        if ends:
+            recorder.may_touch()
+    for to in ends:
+        recorder.add(kind, row, to, f=f, mode=modal.feed_mode, speed=modal.speed)
+
+
+def _after_skip(state: State, start: list[float], end: list[float]) -> list[list[float]]:
+    """Return the ends of a move after a skip move, of which the first may touch all the way."""
+    skipped = state.skipped
+    assert skipped is not None
+    told = skipped.told & skipped.axes
+    if start == end and not told:
+        return []
+    ends = skipped.way_back(start, end) if state.recorder.frame == skipped.frame else []
+    if not ends or (len(ends) > 1 and state.modal.feed_mode == INVERSE_TIME):
+        state.report("position_unknown", "a move that begins where a probe has stopped")
+        skipped.shift(start, end)
+        ends = [end] if start != end else []
+    skipped.axes -= told
+    skipped.told.clear()
+    if not skipped.axes:
+        state.skipped = None
+    return ends
 
 
 def check_square(state: State) -> None:
@@ -323,8 +377,11 @@ def arc(
     if tilted:
         check_square(state)
     f = feed_of(state)
-    state.position = state.reach(end)
+    start, state.position = state.position, state.reach(end)
     state.point = end
+    if state.skipped is not None:
+        _after_skip(state, start, state.position)
+        state.recorder.may_touch()
     state.recorder.add(
         Kind.ARC,
         state.place.row,
@@ -349,9 +406,30 @@ def _centre(
     return centre
 
 
-def probe(state: State, point: list[float]) -> None:
-    """Feed to a program point with a probe, for contact is never made."""
-    position = state.reach(point)
-    rotary_only = position[:3] == state.position[:3]
-    move(state, FEED, position, feed_of(state, rotary_only, cutting=False))
+def probe(state: State, point: list[float], feed: float = 0.0) -> None:
+    """Feed to a program point with a probe, which may touch and stop on the way.
+
+    Args:
+        state: of the control.
+        point: where to.
+        feed: [mm/min]; 0 = the one in force.
+    """
+    start, position = state.position, state.reach(point)
+    rotary_only = position[:3] == start[:3]
+    f = feed or feed_of(state, rotary_only, cutting=False)
+    if state.unfollowed:
+        raise state.refusal()
+    moved = {i for i in range(6) if point[i] != state.point[i]}
     state.point = point
+    if not moved:
+        return
+    modal, known = state.modal, state.skipped
+    mode = PER_MINUTE if feed else modal.feed_mode
+    state.recorder.may_touch()
+    state.recorder.add(FEED, state.place.row, position, f=f, mode=mode, speed=modal.speed)
+    state.position = position
+    if known is not None and known.go_on(position, moved):
+        return
+    if known is not None:
+        state.report("position_unknown", "a skip move that begins where another has stopped")
+    state.skipped = Skipped(start, position, state.recorder.frame, moved)

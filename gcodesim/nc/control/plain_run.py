@@ -83,6 +83,8 @@ class PlainRun:
         """
         if self.state.frames.tilted and self.state.modal.tip_control is TipControl.OFF:
             self._cut(self._any(ROTARY))
+        if self.state.clamped_by:
+            self._cut(self._any(ROTARY))
         angles = self._angles()
         self._cut(self._any(self.has.keys() - KNOWN) | (self.motion > Motion.COUNTER_CLOCKWISE))
         self._cut(self._unsaid())

@@ -125,31 +125,38 @@ class ProgramFlow:
             self.source = source
         return source
 
-    def add_beside(self, names: Iterable[str], what: str) -> tuple[Source, bool]:
+    def add_beside(self, names: Iterable[str], what: str, library: str = "") -> tuple[Source, bool]:
         """Return a text that stands in the folder of the main program, and whether it is new.
 
         Args:
             names: of files, the first one found is taken.
             what: is looked for.
+            library: another folder, looked through after that one.
 
         Raises:
             FlowError: there is none, or it cannot be read.
         """
         names, main = list(names), Path(self.sources[0].file)
-        if not main.is_file():
-            raise FlowError("subprogram_not_found", what)
-        folder = main.resolve().parent
-        for name in names:
-            path = folder / name
-            known = next((s for s in self.sources if s.file == str(main.parent / name)), None)
-            if known:
-                return known, False
-            if path.is_file() and path.resolve().parent == folder:
-                try:
-                    return self.add(read_program(path), str(main.parent / name)), True
-                except UsageError as error:
-                    raise FlowError("subprogram_not_found", str(error)) from None
-        raise FlowError("subprogram_not_found", f"{what} (no {names[0]} beside the program)")
+        folders = [main.parent] if main.is_file() else []
+        for folder in [*folders, *([Path(library)] if library else [])]:
+            for path in (folder / name for name in names):
+                if path.is_file() and path.resolve().parent == folder.resolve():
+                    return self.add_file(path)
+        where = f" (no {names[0]} beside the program)" if folders else ""
+        raise FlowError("subprogram_not_found", what + where)
+
+    def add_file(self, path: Path) -> tuple[Source, bool]:
+        """Return the text of a file, and whether it is new.
+
+        Raises:
+            FlowError: it cannot be read.
+        """
+        if known := next((s for s in self.sources if s.file == str(path)), None):
+            return known, False
+        try:
+            return self.add(read_program(path), str(path)), True
+        except UsageError as error:
+            raise FlowError("subprogram_not_found", str(error)) from None
 
     @property
     def is_main(self) -> bool:

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, is_dataclass, replace
 from functools import cache
-from typing import Any, Literal, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gcodesim.errors import UsageError
 
 Dialect = Literal["fanuc", "haas", "linuxcnc"]
 """Names of the rows."""
 
-Effect = Literal["none", "clamp", "stop"]
-"""What a code listed in a machine file does."""
+Effect = Literal["none", "clamp", "unclamp", "stop"]
+"""What a code listed in a machine file does; a clamp holds rotary axes, the file says not which."""
+
+
+STANDS_FOR = ("none", "probe", "tool_change")
+"""Words of `programs` for what a program in the control does; other values are files."""
 
 
 def _key(meaning: str, default: Any, **rules: Any) -> Any:
@@ -41,6 +45,23 @@ class ArcTolerance:
     r_tol_mm: float = _key(
         "half the chord may exceed R by this; also the smallest radius [mm]", 0.00127, gt=0
     )
+
+
+@dataclass(frozen=True)
+class ToolChangeMotion:
+    """Where the old tool goes at a tool change, and the new one appears: machine coordinates."""
+
+    retract: tuple[str, ...] = _key(
+        "axes that go first, together: to `position`, or else to the reference point of G28",
+        (),
+        pattern="^[XYZABC]$",
+    )
+    position: Mapping[str, float] = _key(
+        "axis -> where it stands while the tool changes [mm, deg]; others stay",
+        dict,
+        pattern="^[XYZABC]$",
+    )
+    seconds: float = _key("time the change takes there [s]", 0.0, ge=0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,13 +109,29 @@ class Readings:
     g28_no_axes: Literal["all", "none", "both"] = _key(
         "G28 and G30 without axis words: every axis goes, or none does", "all"
     )
+    g28_rotary: Literal["one_turn", "unwind", "both"] = _key(
+        "G28 and G30 of a rotary axis with `wrap`: at most one turn, as its words are read, or all "
+        "turns back",
+        "one_turn",
+    )
     length_after_reference: Literal["kept", "cancelled", "both"] = _key(
         "tool length after G28, G30 or G53 has moved its axis", "kept"
+    )
+    length_at_tool_change: Literal["kept", "new_tool", "both"] = _key(
+        "tool length in force after a tool change: as it was, or that of the new tool", "kept"
     )
     length_change: Literal["next_move", "at_once", "both"] = _key(
         "G43, G44, G49 or H without a word of the length axis: the next move brings the change, or "
         "the axis moves at once",
         "next_move",
+    )
+    tool_change: ToolChangeMotion | Literal["stays", "reference", "both"] = field(
+        default="stays",
+        metadata={
+            "meaning": "motion of M6: `retract`, then the other axes of `position`; or a word: the "
+            "axes stay, Z goes to the reference point of G28, or nobody knows (both are checked)",
+            "rules": {},
+        },
     )
     r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
     arc: ArcTolerance = field(
@@ -182,7 +219,10 @@ class Readings:
         "P of M98 without L above 9999: repeats before the last four digits, or a number",
         "repeats",
     )
-    m99: Literal["end", "restart"] = _key("M99 in the main program: one pass, or for ever", "end")
+    m99: Literal["end", "restart"] = _key(
+        "M99 in the main program: one pass, or pass after pass until one begins as another did",
+        "restart",
+    )
     macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
         "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
     )
@@ -213,6 +253,14 @@ class Readings:
     )
     m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
     g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
+    programs: Mapping[str, str] = _key(
+        "number of a program that lives in the control -> what it does: `none`, `probe` (a skip "
+        "move to its X Y Z; not checked further), `tool_change` as M6, or a file beside this one",
+        dict,
+    )
+    library: str = _key(
+        "folder, relative to this file, of programs that are nowhere else: O1234.nc, name.ngc", ""
+    )
     ignore_words: tuple[str, ...] = _key(
         "letters that are dropped, and listed in the coverage", (), pattern="^[A-Z]$"
     )
@@ -235,6 +283,7 @@ ROWS: dict[str, Readings] = {
         length_after_reference=BOTH,
         length_change=BOTH,
         spindle_at_stop=BOTH,
+        tool_change=BOTH,
     ),
     "haas": Readings(
         dialect="haas",
@@ -242,7 +291,10 @@ ROWS: dict[str, Readings] = {
         m_per_block="open",
         m6_order=BOTH,
         rapids=BOTH,
+        g28_rotary=BOTH,
         length_after_reference=BOTH,
+        length_at_tool_change=BOTH,
+        tool_change=ToolChangeMotion(retract=("Z",), position={"Z": 0.0}),
         dwell_p="point",
         r_and_ijk="error",
         arc_no_centre="alarm",
@@ -288,7 +340,6 @@ ROWS: dict[str, Readings] = {
         g10_l20="solved",
         g10_tool_r="ignored",
         m98_p="number",
-        m99="restart",
         macros="o_words",
         tape=False,
     ),
@@ -298,13 +349,19 @@ ROWS: dict[str, Readings] = {
 @cache
 def ways_of(key: str) -> tuple[str, ...]:
     """Return the ways a key may be read, the one that is taken first in front."""
-    return tuple(way for way in get_args(get_type_hints(Readings)[key]) if way not in (BOTH, OPEN))
+    return tuple(way for way in _words_of(key) if way not in (BOTH, OPEN))
 
 
 @cache
 def is_varied(key: str) -> bool:
     """Tell whether a key that is not known is read in all of its ways, one after the other."""
-    return BOTH in get_args(get_type_hints(Readings)[key])
+    return BOTH in _words_of(key)
+
+
+def _words_of(key: str) -> tuple[str, ...]:
+    """Return the words a key takes; it may take a section beside them."""
+    hint = get_type_hints(Readings)[key]
+    return get_args(hint if get_origin(hint) is Literal else get_args(hint)[-1])
 
 
 @dataclass(slots=True)
@@ -344,5 +401,8 @@ def _replaced(row: Any, given: Mapping[str, Any]) -> Any:
     values = {}
     for name, value in given.items():
         old = getattr(row, name)
-        values[name] = _replaced(old, value) if is_dataclass(old) else value
+        if name == "tool_change" and isinstance(value, Mapping) and not is_dataclass(old):
+            old = ToolChangeMotion()
+        within = is_dataclass(old) and isinstance(value, Mapping)
+        values[name] = _replaced(old, value) if within else value
     return replace(row, **values)

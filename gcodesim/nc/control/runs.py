@@ -75,6 +75,8 @@ class Runs(Generic[Line]):
         state, frames, modal = self.state, self.state.frames, self.state.modal
         if state.unfollowed or state.corner is not None or frames.carried is not None:
             return False
+        if state.skipped is not None:
+            return False
         if frames.tilted and modal.tip_control is TipControl.OFF and state.on_plane is not True:
             return False
         if frames.mirrored or (modal.drilling and frames.joined == 3):

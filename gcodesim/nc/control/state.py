@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -11,6 +12,7 @@ from gcodesim.nc.control.frames import WORK, Frames, Level
 from gcodesim.nc.control.modal import Modal, Spindle, TipControl
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.readings import BOTH, ReadingMet, ways_of
+from gcodesim.nc.control.skips import Skipped
 from gcodesim.nc.control.supply import Control, Kinematics, WorkOffset, WorkOffsetLike
 from gcodesim.nc.control.tips import (
     axis_positions,
@@ -89,6 +91,8 @@ class State:
         holes: holes and pecks of cycles so far; they count as blocks where blocks are limited.
         passed: kind of lines that were left out or done in one of two ways -> how many of them,
             and the row of the first.
+        clamped_by: code that may have clamped a rotary axis, "" once one has let it go.
+        skipped: where the axes may stand after a skip move; None where that is known.
         unfollowed: what is switched on that needs kinematics the machine file lacks -> its code
             and why.
     """
@@ -118,6 +122,8 @@ class State:
         self.corner: Corner | None = None
         self.path: tuple[int, float] | None = None
         self.holes = 0
+        self.clamped_by = ""
+        self.skipped: Skipped | None = None
         self.unfollowed: dict[str, str] = {}
         self.passed: dict[str, tuple[int, int]] = {}
         self.blocks = self.last_line = 0
@@ -285,6 +291,11 @@ class State:
         """Count that the program depends on a key that is not known, first in a row."""
         self.met.setdefault(key, ReadingMet(key, row, 0)).count += times
 
+    def tell(self, axes: Iterable[int]) -> None:
+        """Remember that the line gives axes, by their indices, a position of their own."""
+        if self.skipped is not None:
+            self.skipped.told.update(axes)
+
     def turn_spindle(self, spindle: Spindle) -> None:
         """Let the spindle turn, or stand, from here on."""
         self.modal.spindle = spindle
@@ -294,6 +305,37 @@ class State:
     def emit(self, kind: Kind, value: Sequence[float] = ZERO, *, aux: int = 0) -> None:
         """Record a command that is no move."""
         self.recorder.add(kind, self.place.row, value, aux=aux)
+
+    def seen(self) -> tuple[object, ...]:
+        """Return all that decides what the same lines do when they run again."""
+        frames = self.frames
+        return (
+            *(self.modal, self._within_a_turn(self.position), self._within_a_turn(self.point)),
+            *(self.frame, self.skipped, self.path),
+            *(frames.levels, frames.tool, frames.tilted, frames.tips, frames.carried),
+            *(self.tcp_rotary, self.on_plane, self.line_feed, self.unfollowed, self.clamped_by),
+            *(self.offsets, self.tools, self.reference, self.recorder.turning),
+        )
+
+    @property
+    def is_outside(self) -> bool:
+        """An axis stands outside its travel."""
+        travel = self.control.travel
+        stands = zip(AXES, self.axes, strict=True)
+        return any(not travel[a][0] <= at <= travel[a][1] for a, at in stands if a in travel)
+
+    def _within_a_turn(self, place: list[float]) -> list[float]:
+        """Return a position without the full turns of axes whose words are read modulo 360."""
+        endless = {letter for letter in self.wraps if math.isinf(self._travel(letter))}
+        return [
+            round(v % 360.0, 9) if letter in endless else v
+            for letter, v in zip(AXES, place, strict=True)
+        ]
+
+    def _travel(self, letter: str) -> float:
+        """Return how far an axis can turn [deg]."""
+        lower, upper = self.control.travel.get(letter, (-math.inf, math.inf))
+        return upper - lower
 
     def first_offset(self) -> WorkOffsetLike:
         """Return the work offset that is in force when a program starts."""

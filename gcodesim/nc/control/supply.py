@@ -87,6 +87,7 @@ class Control:
         wrap: rotary axis letter -> none | shortest | sign, see wrap.unwound; left out = none.
         travel: axis letter -> lower and upper machine limit [mm, deg]; left out = none.
         retract: axis letter -> machine position it is retracted to before a swivel [mm, deg].
+        variables: what the control's memory holds by number of the variable; others: not known.
         feed: feed until the first F word [mm/min]; None = a feed move before it is an error.
         unit: of lengths until the program names one, where no reading does: mm | inch; None =
             nothing gives it, and mm is taken.
@@ -111,6 +112,7 @@ class Control:
     wrap: Mapping[str, str] = field(default_factory=dict)
     travel: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     retract: Mapping[str, float] = field(default_factory=dict)
+    variables: Mapping[int, float] = field(default_factory=dict)
     feed: float | None = None
     unit: str | None = None
     given: Mapping[str, Any] | None = None

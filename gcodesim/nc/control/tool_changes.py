@@ -1,11 +1,14 @@
-"""Tools: selected, loaded, their length put into the frames; none of it moves an axis."""
+"""Tools: selected, loaded, their length put into the frames; a change may have a motion."""
 
 from __future__ import annotations
 
 from gcodesim.nc.control.five_axes import set_tip_control
 from gcodesim.nc.control.modal import Spindle, TipControl
+from gcodesim.nc.control.moves import move_axes
+from gcodesim.nc.control.orders import dwell
+from gcodesim.nc.control.readings import ToolChangeMotion
 from gcodesim.nc.control.state import State
-from gcodesim.nc.program import ZERO, Kind
+from gcodesim.nc.program import AXES, ZERO, Kind
 
 
 def select_tool(state: State, tool: int, letter: str) -> None:
@@ -24,7 +27,7 @@ def select_tool(state: State, tool: int, letter: str) -> None:
 
 
 def change_tool(state: State, code: str) -> None:
-    """Put the selected tool into the spindle, which stops.
+    """Put the selected tool into the spindle, which stops, where the control changes tools.
 
     Args:
         state: of the control.
@@ -34,8 +37,37 @@ def change_tool(state: State, code: str) -> None:
     if tool is None:
         state.report("tool_change_without_t", f"{code} without T", code)
         return
-    load_tool(state, tool, code)
     state.turn_spindle(Spindle.OFF)
+    _go_to_change(state)
+    load_tool(state, tool, code)
+
+
+def _go_to_change(state: State) -> None:
+    """Rapid the old tool to where the control changes tools, and wait as long as that takes."""
+    motion = state.control.readings.tool_change
+    if not isinstance(motion, ToolChangeMotion):
+        # A word; what is not known makes no difference where Z stands at the reference point.
+        motion = ToolChangeMotion(retract=("Z",))
+        if _ends_of(state, motion)[-1] == state.axes or state.reading("tool_change") == "stays":
+            return
+    state.tell(AXES.index(letter) for letter in (*motion.retract, *motion.position))
+    for axes in _ends_of(state, motion):
+        move_axes(state, Kind.RAPID, axes)
+    dwell(state, motion.seconds)
+
+
+def _ends_of(state: State, motion: ToolChangeMotion) -> list[list[float]]:
+    """Return the axis positions that a tool change goes to, one after the other."""
+    named = (*motion.retract, *motion.position)
+    first, then = state.axes.copy(), state.axes.copy()
+    reference = state.reference.get("G28", {})
+    for letter in named:
+        i = AXES.index(letter)
+        if letter in state.control.axes:
+            then[i] = motion.position.get(letter, reference.get(letter, then[i]))
+            if letter in motion.retract:
+                first[i] = then[i]
+    return [first, then]
 
 
 def load_tool(state: State, tool: int, code: str) -> None:

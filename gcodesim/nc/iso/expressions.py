@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping
 
 from gcodesim.nc.iso.functions import FUNCTIONS, OPERATORS, atan2_degrees, equals
 from gcodesim.nc.iso.macro_rules import MacroRules
-from gcodesim.nc.iso.parameters import ExpressionError, Parameters
+from gcodesim.nc.iso.parameters import UNKNOWN, ExpressionError, Parameters
 
 Evaluate = Callable[[Parameters], float | None]
 """Returns None for a vacant parameter."""
@@ -175,8 +175,11 @@ class Parser:
         function = FUNCTIONS[name]
 
         def evaluate(p: Parameters) -> float:
+            value = inner(p) or 0.0
+            if value != value:
+                return value
             try:
-                return function(inner(p) or 0.0, self.rules)
+                return function(value, self.rules)
             except (ValueError, OverflowError):
                 what = f"{name}[{inner(p) or 0.0:g}]"
                 raise ExpressionError("function_domain", what, place) from None
@@ -192,11 +195,19 @@ def _join(operator: str, place: int, rules: MacroRules) -> Join:
     """Return the operation; a vacant operand counts as 0, and equals only another vacant one."""
     if operator in ("EQ", "NE"):
         wanted, vacant = operator == "EQ", rules.vacant
-        return lambda a, b: float(equals(a, b, vacant) == wanted)
+
+        def compare(left: float | None, right: float | None) -> float:
+            if left != left or right != right:
+                return UNKNOWN
+            return float(equals(left, right, vacant) == wanted)
+
+        return compare
     function = OPERATORS[operator]
 
     def join(left: float | None, right: float | None) -> float:
         a, b = left or 0.0, right or 0.0
+        if a != a or b != b:
+            return UNKNOWN
         try:
             return function(a, b, rules)
         except ZeroDivisionError:

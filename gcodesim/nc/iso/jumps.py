@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
+from gcodesim.nc.control.readings import STANDS_FOR
 from gcodesim.nc.detect import contradiction
 from gcodesim.nc.iso.block import Block
+from gcodesim.nc.iso.listed_programs import stand_for
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.parameters import Locals, Parameters
 from gcodesim.nc.iso.requests import CallBlock, CallProgram, Request
@@ -41,6 +45,8 @@ class Jumps:
         self.structures: dict[int, Structure] = {}
         self._opened: set[int] = set()
         self._numbers: dict[int, dict[int, list[int]]] = {}
+        self._begun: set[bytes] = set()
+        self._passes = 0
 
     def open(self, text: str, file: str) -> None:
         """Begin with the main program.
@@ -64,6 +70,7 @@ class Jumps:
                 raise block.error("subprogram_not_found", f"{named} in the file")
             source.begin = line
         self.flow.index = source.begin
+        self._has_begun_so()
 
     def _read(self, source: Source) -> None:
         """Find the structure of a text."""
@@ -87,7 +94,7 @@ class Jumps:
             FlowError: it leads nowhere.
         """
         if isinstance(request, CallProgram):
-            self.call_program(request.number, request.repeats, request.arguments)
+            self.call_program(request)
         elif isinstance(request, CallBlock):
             flow = self.flow
             line = self._numbered(flow.source, request.number, flow.index)
@@ -96,20 +103,46 @@ class Jumps:
             self._return(request.target, block)
 
     def _return(self, target: int | None, block: Block) -> None:
-        """Return; in the main program one pass, or all over again."""
+        """Return; the main program begins again, until a pass begins as an earlier one did."""
         flow = self.flow
         if not flow.is_main:
             self.leave(block, target)
-        elif target is not None:
-            self.go_to_number(target)
-        elif self.state.control.readings.m99 == "restart":
-            start = self.structures[flow.source.first].span(flow.index - 1)[0]
-            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
-            flow.index = flow.source.begin if self.parameters.rules.o_words else start
-            flow.index = max(flow.index, flow.source.begin)
-        else:
-            self.state.report("main_program_repeats", "M99 in the main program", "M99")
+        elif target is None and self.state.control.readings.m99 == "end":
+            self.state.report(
+                "main_program_repeats", "M99 in the main program, passes checked: 1", "M99"
+            )
             self.state.ended = True
+        else:
+            self._begin_again(target)
+
+    def _begin_again(self, target: int | None) -> None:
+        """Run the main program from its beginning, or from block N, unless that is nothing new.
+
+        What begins in the same state does the same, so that no later pass is another one. A pass
+        that ends outside the travel, at which the machine has stopped, is the last one too.
+        """
+        flow = self.flow
+        after, begin = flow.index, flow.source.begin
+        if target is not None:
+            self.go_to_number(target)
+        elif self.parameters.rules.o_words:
+            # Where there are o-words, the program is the file, whatever O-numbers stand in it.
+            flow.index = begin
+        else:
+            flow.index = max(self.structures[flow.source.first].span(after - 1)[0], begin)
+        self._passes += 1
+        if self._has_begun_so() or self.state.is_outside:
+            flow.index, self.state.ended = after, True
+            what = f"M99 in the main program, passes checked: {self._passes}"
+            self.state.report("main_program_repeats", what, "M99")
+
+    def _has_begun_so(self) -> bool:
+        """Tell whether a pass has begun at the next line in this very state, and remember it."""
+        begun = repr((self.flow.index, self.state.seen(), self.parameters.seen()))
+        digest = hashlib.sha256(begun.encode()).digest()
+        known = digest in self._begun
+        self._begun.add(digest)
+        return known
 
     def leave(self, block: Block, block_number: int | None = None) -> None:
         """Return from the running subprogram, or run it once more.
@@ -142,27 +175,25 @@ class Jumps:
             raise FlowError("block_not_found", f"N{number}")
         return next((i for i in places if i >= index), places[0])
 
-    def call_program(
-        self, number: int, repeats: int, arguments: dict[float, float | None] | None = None
-    ) -> None:
-        """Run subprogram O of this text, of the main program, or of a file beside it.
-
-        Args:
-            number: its O-number.
-            repeats: how often.
-            arguments: new local parameters; None = those of the caller stay.
+    def call_program(self, call: CallProgram) -> None:
+        """Run subprogram O, or do what the machine file says that it does.
 
         Raises:
             FlowError: there is none, it cannot be read, or calls nest too deep.
+            ProgramError: what it stands for cannot be done.
         """
-        source, line = self.find_program(number)
-        if arguments is None:
-            self._into(source, line, repeats)
+        found = self.find_program(call.number)
+        if isinstance(found, str):
+            stand_for(self.state, found, call)
+        elif call.arguments is None:
+            self._into(*found, call.repeats)
         else:
-            self._enter(source, line, repeats, Locals(arguments))
+            self._enter(*found, call.repeats, Locals(call.arguments))
 
-    def find_program(self, number: int) -> tuple[Source, int]:
-        """Return the text and the line at which subprogram O begins.
+    def find_program(self, number: int) -> tuple[Source, int] | str:
+        """Return the text and the line at which subprogram O begins, or a word of STANDS_FOR.
+
+        It is looked for in this text, the main program, a file beside it, and the machine file.
 
         Raises:
             FlowError: there is none, or it cannot be read.
@@ -171,8 +202,17 @@ class Jumps:
             line = self.structures[source.first].programs.get(number)
             if line is not None:
                 return source, line
+        readings = self.state.control.readings
+        listed = readings.programs.get(str(number), "")
         names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
-        source = self._beside(names, f"O{number}")
+        try:
+            source = self._beside(names, f"O{number}", "" if listed else readings.library)
+        except FlowError as error:
+            if error.meaning != "subprogram_not_found" or not listed:
+                raise
+            if listed in STANDS_FOR:
+                return listed
+            source = self._added(*self.flow.add_file(Path(listed)))
         return source, self.structures[source.first].programs.get(number, source.begin)
 
     def call_sub(self, label: str, arguments: list[float | None]) -> None:
@@ -184,7 +224,8 @@ class Jumps:
             if not FILE_NAME.fullmatch(label):
                 raise FlowError("subprogram_not_found", f"o<{label.lower()}>")
             name = label.lower()
-            source = self._beside((f"{name}.ngc", f"{name}.nc"), f"o<{name}>")
+            library = self.state.control.readings.library
+            source = self._beside((f"{name}.ngc", f"{name}.nc"), f"o<{name}>", library)
             if label not in self.structures[source.first].subs:
                 raise FlowError("subprogram_not_found", f"o<{name}> in {source.file}")
         numbers: dict[float, float | None] = dict.fromkeys(range(1, 31), 0.0)
@@ -266,9 +307,12 @@ class Jumps:
             )
             yield NotRun(f"blocks after {ended}", len(found), source.first + found[0] + 1)
 
-    def _beside(self, names: tuple[str, ...], what: str) -> Source:
-        """Return a text that stands in the folder of the main program, and nowhere else."""
-        source, is_new = self.flow.add_beside(names, what)
+    def _beside(self, names: tuple[str, ...], what: str, library: str) -> Source:
+        """Return a text of the folder of the main program, or of the library, and no other."""
+        return self._added(*self.flow.add_beside(names, what, library))
+
+    def _added(self, source: Source, is_new: bool) -> Source:
+        """Return a text of another file, whose structure is known."""
         if is_new:
             if other := contradiction(source.lines, self.state.control.readings):
                 raise FlowError("other_language", f"{source.file} {other[1]}")

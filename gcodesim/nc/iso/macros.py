@@ -67,6 +67,8 @@ class Macros:
             elif isinstance(value_of, int):
                 tokens.append((letter, number + numbers[value_of], ""))
             elif (value := value_of(parameters)) is not None:
+                if value != value:
+                    raise ExpressionError("value_unknown", f"the value of {letter}", place)
                 if not -LIMIT <= value <= LIMIT:
                     raise ExpressionError("number_too_large", f"{letter}{value:g}", place)
                 tokens.append((letter, value, ""))
@@ -212,12 +214,19 @@ class Macros:
         return line
 
     def _holds(self, statement: Statement) -> bool:
-        return statement.condition is None or bool(self._value(statement.condition))
+        if statement.condition is None:
+            return True
+        value = self._value(statement.condition)
+        if value != value:
+            raise ExpressionError("value_unknown", f"the condition of {statement.control}", 0)
+        return bool(value)
 
     def _value(self, value: Evaluate | None) -> float:
         return (value(self.parameters) if value else None) or 0.0
 
     def _whole(self, number: float | None) -> int:
+        if number is not None and number != number:
+            raise FlowError("value_unknown", "a number")
         if number is None or not 0 <= number <= LIMIT or not number.is_integer():
             raise FlowError("integer_expected", f"{number}")
         return int(number)

@@ -56,6 +56,8 @@ class IsoState(State):
         mirrors: axis index -> coordinate of the mirror plane [mm].
         is_length_cancelled: the length axis has stood at the reference point or in machine
             coordinates since the tool length came into force; some controls cancel it there.
+        length_of_new_tool: length of the tool that was put in under another tool's length, until
+            the program gives one [mm]; some controls take it; None = there is none.
         saved: what M70 or M73 has laid aside, in the main program and in each running call.
         request: what the block asks of the program flow, carried out after it.
         stop_request: number and value of a system parameter that stops the program.
@@ -70,6 +72,7 @@ class IsoState(State):
         self.external: list[float] = list(ZERO)
         self.mirrors: dict[int, float] = {}
         self.is_length_cancelled = False
+        self.length_of_new_tool: float | None = None
         self.saved: list[SavedModes | None] = [None]
         self.request: Request | None = None
         self.stop_request: tuple[int, float] | None = None
@@ -77,6 +80,13 @@ class IsoState(State):
         self.frames.levels[WORK] = level_of(self.work.value, self.work.rotation)
         self.frames.update()
         self.point = self.frames.program(self.position)
+
+    def seen(self) -> tuple[object, ...]:
+        """Return all that decides what the same lines do when they run again."""
+        return (
+            *(*super().seen(), self.codes, self.work, self.g92, self.g92_kept, self.external),
+            *(self.mirrors, self.is_length_cancelled, self.length_of_new_tool, self.saved),
+        )
 
     def set_work(self, offset: WorkOffsetLike) -> None:
         """Put a work offset into force; the caller records it."""
@@ -97,6 +107,11 @@ class IsoState(State):
     def set_rotation(self, centre: Sequence[float], normal: int, angle: float) -> None:
         """Turn program points about a centre X Y Z [mm] by an angle [deg]."""
         self.set_frame(ROTATION, turned_about(centre, rotation(normal, angle)))
+
+    @property
+    def is_length_doubtful(self) -> bool:
+        """Controls differ in which tool length the next Z word counts with."""
+        return self.is_length_cancelled or self.length_of_new_tool is not None
 
     @property
     def is_rotated(self) -> bool:

@@ -157,6 +157,9 @@ def listed_m(state: IsoState, block: Block, number: int) -> None:
 
 
 def _listed(state: IsoState, code: str, effect: str) -> None:
+    if effect in ("clamp", "unclamp"):
+        state.clamped_by = code if effect == "clamp" else ""
+        return
     state.ignored[code] += 1
     if code[0] == "M":
         state.recorder.turn(Turning.MAY_TURN)

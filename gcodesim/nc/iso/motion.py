@@ -37,8 +37,8 @@ def axis_values(state: IsoState, block: Block) -> dict[int, float]:
 
 def target(state: IsoState, block: Block) -> list[float]:
     """Return the program point the axis words name; letters left out keep their value."""
-    if state.is_length_cancelled and "Z" in block.values:
-        _length_after_reference(state)
+    if state.is_length_doubtful and "Z" in block.values and not state.modal.incremental:
+        _settle_length(state)
     point = moves.point_to(state, axis_values(state, block))
     if state.codes.polar:
         _apply_polar(state, block, point)
@@ -49,14 +49,21 @@ def target(state: IsoState, block: Block) -> list[float]:
     return point
 
 
-def _length_after_reference(state: IsoState) -> None:
-    """Let the tool length go, before the first Z word after a reference point, if it is gone."""
-    if state.modal.incremental:
+def _settle_length(state: IsoState) -> None:
+    """Decide which tool length counts, before the first Z word that depends on it."""
+    was_cancelled, state.is_length_cancelled = state.is_length_cancelled, False
+    length, state.length_of_new_tool = state.length_of_new_tool, None
+    if was_cancelled and state.reading("length_after_reference") == "cancelled":
+        _take_length(state, 0.0)
+    if length is None or length == state.frames.tool[2]:
         return
-    state.is_length_cancelled = False
-    if state.reading("length_after_reference") == "cancelled":
-        state.frames.tool = [*state.frames.tool[:2], 0.0, *state.frames.tool[3:]]
-        state.reframe()
+    if state.reading("length_at_tool_change") == "new_tool":
+        _take_length(state, length)
+
+
+def _take_length(state: IsoState, length: float) -> None:
+    state.frames.tool = [*state.frames.tool[:2], length, *state.frames.tool[3:]]
+    state.reframe()
 
 
 def leave_length(state: IsoState, named: Iterable[int]) -> None:

@@ -79,10 +79,18 @@ def set_local_offset(state: IsoState, block: Block, number: int) -> None:
 def set_g92(state: IsoState, block: Block, number: int) -> None:
     """G92: the offset with which the current point reads the words."""
     values = _needed(state, block, "G92")
+    check_measured(state, block, values)
     point = state.point
     steps = [point[i] - values.get(i, point[i]) for i in range(6)]
     steps[:3] = apply(state.frames.turn_within(LOCAL), steps[:3])
     _set_g92(state, [old + step for old, step in zip(state.g92, steps, strict=True)])
+
+
+def check_measured(state: IsoState, block: Block, values: dict[int, float]) -> None:
+    """Refuse to set a table from an axis of which only a probe knows where it stands."""
+    if state.skipped is not None and state.skipped.axes & values.keys():
+        code = next(row.name for row in block.rows if row.takes_axes)
+        raise block.error("measured_by_probe", f"{code} where a probe has stopped", code)
 
 
 def cancel_g92(state: IsoState, block: Block, number: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -17,6 +18,9 @@ from gcodesim.nc.program import AXES
 REFERENCES = {5161: "G28", 5181: "G30"}
 FIRST_OFFSET = 5221
 ALARM, OPERATOR_STOP = 3000, 3006
+UNKNOWN = math.nan
+"""Value of what an earlier program may have left; whatever is made of it is unknown too."""
+
 IGNORED = (3003, 3004)
 """Fanuc: suppression of single block and feed hold, which move nothing."""
 
@@ -56,12 +60,22 @@ class Parameters:
     def __init__(self, state: IsoState) -> None:
         self.state, self.local = state, Locals()
         self.rules = MACROS[state.control.readings.macros]
-        self._globals = Locals()
+        self._globals = Locals(
+            {
+                float(number): value
+                for number, value in state.control.variables.items()
+                if number > self.rules.locals and number not in self.rules.system
+            }
+        )
         self.numbers: Sequence[float] = ()
         self.undefined: Callable[[int], None] = lambda number: None
 
+    def seen(self) -> tuple[object, ...]:
+        """Return the values of all parameters that a program has set."""
+        return self.local, self._globals
+
     def get(self, value: float, place: int) -> float | None:
-        """Return a numbered parameter; None when it is vacant.
+        """Return a numbered parameter; None when it is vacant, UNKNOWN when nobody has set it.
 
         Raises:
             ExpressionError: there is none with this number, or its value is not known.
@@ -77,7 +91,7 @@ class Parameters:
         if self._holder(number) is None:
             return self._system(number, place)
         if self.rules.vacant:
-            return None
+            return None if number <= self.rules.locals else UNKNOWN
         self.undefined(number)
         return 0.0
 
@@ -138,6 +152,8 @@ class Parameters:
         return name in holder.names or name in PREDEFINED
 
     def _number(self, value: float, place: int) -> int:
+        if value != value:
+            raise ExpressionError("value_unknown", "# of a value that nobody gave", place)
         lowest, last = self.rules.lowest, self.rules.last
         if not lowest <= value <= last or not value.is_integer():
             what = f"#{value:g}: there are #{lowest} to #{last}"
@@ -155,6 +171,8 @@ class Parameters:
         state, i = self.state, number % 20 - 1
         if number in MODAL:
             return MODAL[number](state)
+        if number // 20 in (250, 251, 252) and self._is_probed(i):
+            return None
         if i in range(6) and number // 20 == 251:
             return self._length(state.axes[i], i)
         if i in range(6) and number // 20 in (250, 252):
@@ -175,6 +193,8 @@ class Parameters:
         if number - 5401 in range(6):
             return self._tool_in_spindle(number - 5401)
         if number - 5420 in range(6):
+            if self._is_probed(number - 5420):
+                return None
             return self._length(state.point[number - 5420], number - 5420)
         if number == 5220:
             return float(state.codes.offset)
@@ -182,6 +202,10 @@ class Parameters:
         if index in range(9) and i in range(6):
             return self._own_unit(state.offsets.get(index + 1, WorkOffset()).value[i], i)
         return None
+
+    def _is_probed(self, i: int) -> bool:
+        """Tell whether only a probe knows where an axis stands."""
+        return self.state.skipped is not None and i in self.state.skipped.axes
 
     def _tool_in_spindle(self, i: int) -> float:
         """Return the tool table's offset for the tool in the spindle, whatever G43 has set."""

@@ -108,7 +108,7 @@ class IsoReader(Language[Block]):
     def is_plain(self) -> bool:
         """Tell whether axis words are points, in a known unit, with the tool length in force."""
         state = self.state
-        return not state.codes.polar and not state.is_length_cancelled and state.is_unit_told
+        return not state.codes.polar and not state.is_length_doubtful and state.is_unit_told
 
     def next_hole(self) -> Hole | None:
         """Return what the cycle in force does at the next point."""

@@ -271,7 +271,7 @@ def assign(statement: Statement, parameters: Parameters) -> None:
     """
     values = [(target, value(parameters), at) for target, value, at in statement.assignments]
     for (name, number), value, at in values:
-        if value is not None and not abs(value) <= MAX_VALUE:
+        if value is not None and abs(value) > MAX_VALUE:
             raise ExpressionError("number_too_large", f"{value:g}", at)
         if number is None:
             parameters.set_named(name, value)

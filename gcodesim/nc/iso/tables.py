@@ -9,7 +9,7 @@ from gcodesim.nc.control.supply import ToolEntry, WorkOffset
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.memory import IsoState
 from gcodesim.nc.iso.motion import axis_values
-from gcodesim.nc.iso.offsets import ADDITIONAL, in_force
+from gcodesim.nc.iso.offsets import ADDITIONAL, check_measured, in_force
 from gcodesim.nc.program import ZERO, Frame, Kind
 
 FIXTURES = 9
@@ -41,6 +41,8 @@ def _set_offset(state: IsoState, block: Block, *, solve: bool) -> None:
     if solve:
         _refuse_where_points_are_tips(state, block)
     values = axis_values(state, block)
+    if solve:
+        check_measured(state, block, values)
     old = state.offsets.get(index, WorkOffset())
     rotation = block.values.get("R", old.rotation)
     if solve:
@@ -127,6 +129,7 @@ def _set_tool(state: IsoState, block: Block, kind: int) -> None:
     values = axis_values(state, block)
     if kind != 1 and values:
         _refuse_where_points_are_tips(state, block)
+        check_measured(state, block, values)
     old = state.tools.get(tool, ToolEntry(tool, ZERO, 0.0))
     offset = list(old.offset)
     if state.control.readings.g10_tool_r == "length" and "R" in block.values:

@@ -1,4 +1,4 @@
-"""What T, M6, M61 and the codes of tool length and tool centre point do; none moves an axis."""
+"""What T, M6, M61 and the codes of tool length and tool centre point do."""
 
 from __future__ import annotations
 
@@ -23,8 +23,12 @@ def select_tool(state: IsoState, block: Block, number: int) -> None:
 
 
 def change_tool(state: IsoState, block: Block, number: int) -> None:
-    """M6: the selected tool goes into the spindle, which stops."""
-    tool_changes.change_tool(state, "M6")
+    """M6, M16 of Haas: the selected tool goes into the spindle, which stops."""
+    tool_changes.change_tool(state, f"M{number // 10}")
+    tool = (state.tools or {}).get(state.modal.tool or 0)
+    if state.frames.tool[2] and tool is not None and state.codes.length == G.LENGTH:
+        length = tool.offset[2]
+        state.length_of_new_tool = None if length == state.frames.tool[2] else length
 
 
 def declare_tool(state: IsoState, block: Block, number: int) -> None:
@@ -86,6 +90,7 @@ def _change_length(state: IsoState, change: float, alone: bool) -> None:
     Where the length was cancelled at a reference point, nothing of it is left to move.
     """
     was_cancelled, state.is_length_cancelled = state.is_length_cancelled, False
+    state.length_of_new_tool = None
     if not change or not alone or was_cancelled or state.frame is not Frame.MACHINE:
         return
     if state.reading("length_change") == "at_once":

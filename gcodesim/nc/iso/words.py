@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
+from gcodesim.nc.control.readings import Effect
 from gcodesim.nc.iso.code_rows import AXIS_WORDS, Group, Order, Row
 from gcodesim.nc.iso.own_codes import OWN_CODES, refused
 
@@ -175,6 +176,7 @@ TABLE: tuple[Row, ...] = (
     *(Row("M", number * 10, _G.STOP, _O.STOP, "", sentence, "stop")
       for number, sentence in ((0, "Stop"), (1, "Optional stop"), (2, "End"), (30, "End"))),
     Row("M", 60, _G.CHANGE, _O.CHANGE, "", "Tool change", "change_tool"),
+    Row("M", 160, _G.CHANGE, _O.CHANGE, "", "Tool change", "change_tool", dialects="haas"),
     Row("M", 610, _G.CHANGE, _O.CHANGE, "Q", "Tool in the spindle", "declare_tool",
         dialects="linuxcnc"),
     Row("M", 30, _G.SPINDLE, _O.SPINDLE, "", "Spindle clockwise", "set_spindle"),
@@ -208,17 +210,19 @@ def codes_of(dialect: str) -> dict[tuple[str, int], Row]:
 
 
 def codes_for(
-    dialect: str, g_codes: Iterable[float], m_codes: Iterable[float]
+    dialect: str, g_codes: Mapping[float, Effect], m_codes: Mapping[float, Effect]
 ) -> dict[tuple[str, int], Row]:
     """Return the rows of a dialect, and of the codes that a machine file lists.
 
-    A listed code replaces a refused one, never one that gcodesim follows.
+    A listed code replaces a refused one, and a clamp another that does nothing, but never one that
+    gcodesim follows.
     """
     rows = codes_of(dialect)
     for letter, listed, action in (("G", g_codes, "listed_g"), ("M", m_codes, "listed_m")):
-        for code in listed:
+        for code, effect in listed.items():
             key = (letter, round(code * 10))
-            if key not in rows or rows[key].refused:
+            clamps = effect in ("clamp", "unclamp") and key in rows and not rows[key].action
+            if key not in rows or rows[key].refused or clamps:
                 sentence = "Listed in the machine file"
                 rows[key] = Row(*key, Group.NONE, Order.OTHER, LEFT_OVER, sentence, action)
     return rows
