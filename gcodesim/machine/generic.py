@@ -21,7 +21,7 @@ HEAD = """\
 name: {name}
 verified: false              # the model was not measured on the real machine: reports say so
 units: mm                    # of mesh files, when there are any
-dialect: auto                # auto: the text tells it; or fanuc | haas | linuxcnc
+dialect: auto                # auto: the text tells it; or fanuc | haas | linuxcnc | grbl
 
 """
 

@@ -53,8 +53,16 @@ HINTS = {
     "haas": re.compile(r"(?<![A-Z0-9.])(?:G(?:234|254|187|154)|M97)(?![0-9.])", re.IGNORECASE),
     "fanuc": re.compile(r"(?<![A-Z0-9.])G(?:43\.4|68\.2|54\.1)(?![0-9])", re.IGNORECASE),
     "linuxcnc": re.compile(r"(?<![A-Z0-9.])M42[89](?![0-9.])", re.IGNORECASE),
+    "grbl": re.compile(r"^\s*\$(?:[HXCIGN$#]\s*$|J=|[0-9]+=)", re.IGNORECASE),
 }
 """Dialect -> codes that it has and its neighbours rather not."""
+
+NEIGHBOUR = re.compile(
+    r"\b(?:MITSUBISHI|MELDAS|MAZAK|MAZATROL|BROTHER|SPEEDIO|HURCO|WINMAX|ISNC|MAKINO|DOOSAN|"
+    r"HYUNDAI|MORI|FADAL|CENTROID|MACH3|UCCNC)\b",
+    re.IGNORECASE,
+)
+"""Controls near to a dialect, which comments name; they are read as what nothing else tells."""
 
 
 @dataclass(frozen=True)
@@ -183,3 +191,12 @@ def dialect_of(lines: Sequence[str], rows: Mapping[str, Readings]) -> tuple[str,
         ((dialect, mark),) = hints.items()
         return dialect, mark
     return "fanuc", None
+
+
+def neighbour_of(lines: Sequence[str]) -> str:
+    """Return the control near to Fanuc that the comments of a text name, or an empty string."""
+    for line in islice(lines, LINES):
+        for comment in COMMENT.findall(line):
+            if found := NEIGHBOUR.search(comment):
+                return found[0]
+    return ""

@@ -10,7 +10,7 @@ from gcodesim.nc.control.interpreter import Interpretation, Interpreter
 from gcodesim.nc.control.place import Place, ProgramError
 from gcodesim.nc.control.readings import ROWS, choose_readings
 from gcodesim.nc.control.supply import Control
-from gcodesim.nc.detect import LINES, dialect_of
+from gcodesim.nc.detect import LINES, dialect_of, neighbour_of
 from gcodesim.nc.iso.reader import IsoReader
 from gcodesim.nc.lines import split_lines
 
@@ -61,11 +61,13 @@ def settled(text: str, control: Control) -> Control:
     """Return the control with the dialect that the text tells, where nothing else has told it."""
     if control.given is None:
         return control
-    dialect, mark = dialect_of(split_lines(text[:HEAD]), ROWS)
-    told = f"dialect {dialect}, by {mark.quoted}" if mark else ""
-    return replace(
-        control,
-        readings=choose_readings(dialect, control.given),
-        given=None,
-        dialect_told=told or f"dialect assumed: {dialect}; nothing in the text decides",
-    )
+    head = split_lines(text[:HEAD])
+    dialect, mark = dialect_of(head, ROWS)
+    if mark:
+        told = f"dialect {dialect}, by {mark.quoted}"
+    elif name := neighbour_of(head):
+        told = f"dialect assumed: {dialect}; the text names {name}, which has no row of its own"
+    else:
+        told = f"dialect assumed: {dialect}; nothing in the text decides"
+    readings = choose_readings(dialect, control.given)
+    return replace(control, readings=readings, given=None, dialect_told=told)

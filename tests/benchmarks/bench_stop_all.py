@@ -82,8 +82,9 @@ def main() -> None:
             every, contacts = search_s(text(), machine, True)
             limit = TIMES * free + PER_CONTACT_S * contacts
             print(
-                f"{text.__name__:12} {count:6} triangles: {every:6.2f} s for {contacts:3} contacts, "
-                f"{free:6.2f} s with the table away ({listed}); {every / limit:5.2f} of the goal"
+                f"{text.__name__:12} {count:6} triangles: {every:6.2f} s for {contacts:3} "
+                f"contacts, {free:6.2f} s with the table away ({listed}); "
+                f"{every / limit:5.2f} of the goal"
             )
 
 

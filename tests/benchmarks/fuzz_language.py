@@ -137,7 +137,7 @@ def controls() -> list[Control]:
     plain = [
         Control(readings, wrap=wrap, **given)
         for readings, wrap in zip(
-            ROWS.values(), ({"C": "shortest"}, {"A": "sign"}, {}), strict=True
+            ROWS.values(), ({"C": "shortest"}, {"A": "sign"}, {}, {}), strict=True
         )
     ]
     turning = [

@@ -58,6 +58,8 @@ GIVEN = {
     "macros": "o_words",
     "tape": False,
     "polar_words": True,
+    "slash_deletes": False,
+    "dollar_lines": True,
     "start_motion": "G1",
     "tcp_frame": "work",
     "tcp_rotary_feed": 3600.0,
@@ -141,6 +143,8 @@ def test_what_no_control_can_do_is_refused(changed, given, key, text):
 
 def test_the_manual_tells_what_a_key_left_out_is():
     keys = schema_json()["$defs"]["ReadingsKeys"]["properties"]
-    assert keys["dwell_p"]["description"].endswith("left out: fanuc ms, haas point, linuxcnc s")
+    assert keys["dwell_p"]["description"].endswith(
+        "left out: fanuc ms, haas point, linuxcnc s, grbl s"
+    )
     assert keys["peck_backoff"]["description"].endswith("left out: 0.254")
     assert "left out" not in keys["tcp_rotary_feed"]["description"]

@@ -37,7 +37,7 @@ def met(text, dialect="fanuc", **fields):
 
 
 def test_fanuc_and_haas_leave_open_what_a_number_without_a_point_is():
-    assert [row.no_point for row in ROWS.values()] == ["both", "both", "units"]
+    assert [row.no_point for row in ROWS.values()] == ["both", "both", "units", "units"]
     assert is_varied("no_point")
     assert not is_varied("program_unit")
     assert ways_of("no_point") == ("units", "increment")
@@ -157,7 +157,7 @@ def test_m6_beside_motion_changes_before_or_after_it():
     assert kinds("last", "G91 G28 X5. T1 M6")[-1] == Kind.TOOL
     assert met("G0 T1 M6 X5.\nT2 M6 X6.", m6_order="both") == {"m6_order": (1, 2)}
     assert met("T1 M6\nG0 X5.", m6_order="both") == {}
-    assert [row.m6_order for row in ROWS.values()] == ["both", "both", "first"]
+    assert [row.m6_order for row in ROWS.values()] == ["both", "both", "first", "first"]
 
 
 def test_a_block_holds_as_many_m_codes_as_its_control_takes():

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 from gcodesim.errors import UsageError
 
-Dialect = Literal["fanuc", "haas", "linuxcnc"]
+Dialect = Literal["fanuc", "haas", "linuxcnc", "grbl"]
 """Names of the rows."""
 
 Effect = Literal["none", "clamp", "unclamp", "stop"]
@@ -172,8 +172,9 @@ class Readings:
     m6_order: Literal["first", "last", "both"] = _key(
         "M6 beside motion words: the tool is changed before the motion, or after it", "first"
     )
-    g53_incremental: Literal["ignored", "incremental", "stop", "open"] = _key(
-        "G53 under G91: the block does nothing, moves by its words, is an alarm, or is not known",
+    g53_incremental: Literal["ignored", "incremental", "absolute", "stop", "open"] = _key(
+        "G53 under G91: the block does nothing, moves by its words, moves to them, is an alarm, or "
+        "is not known",
         "ignored",
     )
     g10_l2_p0: Literal["external", "active"] = _key(
@@ -223,8 +224,9 @@ class Readings:
         "M99 in the main program: one pass, or pass after pass until one begins as another did",
         "restart",
     )
-    macros: Literal["macro_b", "macro_b_haas", "o_words"] = _key(
-        "language of macros: Macro B, with the further parameters of Haas, or o-words", "macro_b"
+    macros: Literal["macro_b", "macro_b_haas", "o_words", "none"] = _key(
+        "language of macros: Macro B, with the further parameters of Haas, o-words, or none",
+        "macro_b",
     )
     tcp_frame: Literal["table", "work"] = _key(
         "program axes under G43.4 ride on the table as it stands at rotary zero, or stand as the "
@@ -248,8 +250,10 @@ class Readings:
         True,
     )
     polar_words: bool = _key("@ and ^ are words: radius and angle of a polar point", False)
-    start_motion: Literal["G0", "G1", "both"] = _key(
-        "motion code in force at the start (where `g80: cycle`; elsewhere there is none)", "both"
+    slash_deletes: bool = _key("blocks that begin with / are left out where that is asked", True)
+    dollar_lines: bool = _key("lines that begin with $ are settings and orders, no blocks", False)
+    start_motion: Literal["G0", "G1", "none", "both"] = _key(
+        "motion code in force at the start, or none: axis words need one", "both"
     )
     m_codes: Mapping[float, Effect] = _key("M codes of the builder and what they do", dict)
     g_codes: Mapping[float, Effect] = _key("G codes of the builder and what they do", dict)
@@ -342,6 +346,34 @@ ROWS: dict[str, Readings] = {
         m98_p="number",
         macros="o_words",
         tape=False,
+        start_motion="none",
+    ),
+    # Grbl 1.1: github.com/gnea/grbl, doc/markdown/commands.md, and gcode.c for what it checks.
+    "grbl": Readings(
+        dialect="grbl",
+        program_unit="mm",
+        dwell_p="s",
+        g80="motion",
+        r_and_ijk="error",
+        arc=ArcTolerance(tol_mm=0.005, tol_rel=0.001, tol_max_mm=0.5),
+        arc_no_centre="alarm",
+        arc_r_no_end="alarm",
+        arc_normal_word="ignored",
+        comma_corners=False,
+        feed_forgotten="always",
+        h_in_any_block=False,
+        same_group="alarm",
+        g53_incremental="absolute",
+        g10_l2_p0="active",
+        g10_in_g91="replaces",
+        g10_l20="solved",
+        g10_tool_r="ignored",
+        m98_p="number",
+        macros="none",
+        tape=False,
+        slash_deletes=False,
+        dollar_lines=True,
+        start_motion="G0",
     ),
 }
 

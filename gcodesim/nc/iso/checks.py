@@ -154,9 +154,11 @@ class Checks:
         return NO_MOTION if motion is Motion.NONE else self.codes["G", motion_code(motion)]
 
     def _begin_motion(self) -> None:
-        """Put the motion code into force that the control starts with, if none is."""
+        """Put a motion code into force where none is and the control has one from the start."""
         state, readings = self.state, self.state.control.readings
-        if state.modal.motion is not Motion.NONE or state.codes.cycle or readings.g80 == "motion":
+        if state.modal.motion is not Motion.NONE or state.codes.cycle:
+            return
+        if readings.start_motion == "none" or readings.g80 == "motion":
             return
         feeds = state.reading("start_motion") == "G1"
         state.modal.motion = Motion.FEED if feeds else Motion.RAPID

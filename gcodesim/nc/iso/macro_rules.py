@@ -75,5 +75,7 @@ MACROS = {
         floored=True,
         bitwise=False,
     ),
+    # Nothing of these rules comes to pass: macro text is refused.
+    "none": MACRO_B,
 }
 """Readings.macros -> rules."""

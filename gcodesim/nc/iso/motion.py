@@ -154,7 +154,7 @@ def straight(state: IsoState, block: Block, number: int) -> None:
 def _to_machine_point(state: IsoState, block: Block, kind: Kind) -> None:
     """G53: the words are axis positions; under G91 the control has a reading of its own."""
     reading = state.control.readings.g53_incremental
-    if not state.modal.incremental:
+    if not state.modal.incremental or reading == "absolute":
         point = moves.machine_point(state, axis_values(state, block))
         moves.straight_to_axes(state, kind, point)
         leave_length(state, axis_values(state, block))

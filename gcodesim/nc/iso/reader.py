@@ -7,6 +7,7 @@ at all.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -16,6 +17,7 @@ from gcodesim.findings.left_out import NotRun
 from gcodesim.nc.control.columns import Columns
 from gcodesim.nc.control.drilling import Hole
 from gcodesim.nc.control.language_base import Language
+from gcodesim.nc.control.modal import Motion
 from gcodesim.nc.control.place import ProgramError
 from gcodesim.nc.control.program_flow import FlowError, ProgramFlow, Source
 from gcodesim.nc.control.state import LIMIT, Corner
@@ -44,6 +46,13 @@ KEPT_BLOCKS = 1 << 14
 """Blocks whose words are kept, for loops and subprograms."""
 
 
+START_MOTION = {"G0": Motion.RAPID, "G1": Motion.FEED}
+"""Readings.start_motion -> motion code in force before the first block."""
+
+DOLLAR_MOVES = re.compile(r"\$(?:H|J=)", re.IGNORECASE)
+"""Orders to Grbl that move axes: homing, and jogging."""
+
+
 class IsoReader(Language[Block]):
     """Takes the blocks of one program through the steps."""
 
@@ -57,6 +66,7 @@ class IsoReader(Language[Block]):
         parameters = Parameters(state)
         self._jumps = Jumps(state, self.flow, parameters)
         self._macros = Macros(state, parameters, self._jumps)
+        state.modal.motion = START_MOTION.get(readings.start_motion, Motion.NONE)
         self._codes = codes_for(readings.dialect, readings.g_codes, readings.m_codes)
         self._checked = Checks(state, self._codes).checked
         self._ignored = frozenset(readings.ignore_words)
@@ -137,16 +147,20 @@ class IsoReader(Language[Block]):
             OrientationError: no rotary positions hold the tool as it says.
         """
         block = line
+        if self._is_order(block):
+            return
         # Step 1: characters to words.
         if not block.is_lexed:
             self._lex(block)
         if not block.compact and not block.messages:
             return
         if block.deleted:
-            left_out = self.control.block_delete
+            left_out = self.control.block_delete and self.control.readings.slash_deletes
             self.state.pass_by(f"blocks marked /, {'left out' if left_out else 'run'}")
             if left_out:
                 return
+        if block.is_macro and self.control.readings.macros == "none":
+            raise block.error("macro_unsupported", "macro text on a control without macros")
         statement = self._macros.read(block) if block.is_macro else None
         for kind, text in block.messages:
             shown = text if kind == "MSG" else self._macros.message(text)
@@ -159,6 +173,16 @@ class IsoReader(Language[Block]):
             after = self.flow.index
             self._macros.go_on(block, statement)
             self._has_jumped = self._has_jumped or self.flow.index != after
+
+    def _is_order(self, block: Block) -> bool:
+        """Tell whether a line is a setting of the control, or an order to it, and no block."""
+        text = block.text.lstrip()
+        if not text.startswith("$") or not self.control.readings.dollar_lines:
+            return False
+        if DOLLAR_MOVES.match(text):
+            self.state.unsupported.append(f"{text.strip()} line {block.line}")
+            raise block.error("unknown_g", f"{text.strip()}: the control moves by itself", "$")
+        return True
 
     def _lex(self, block: Block) -> None:
         lex(block, tape=self.control.readings.tape, delete=self.control.block_delete)

@@ -12,7 +12,7 @@ LEFT_OVER = "PQREL"
 """Words that a code takes whose meaning is not ours."""
 
 _G, _O = Group, Order
-_FANUC_HAAS = "fanuc haas"
+_FANUC_HAAS, _LINUXCNC_GRBL = "fanuc haas", "linuxcnc grbl"
 _ARC_WORDS = AXIS_WORDS + "IJKRP"
 _CYCLE_WORDS = AXIS_WORDS + "RQPLK"
 
@@ -43,9 +43,9 @@ TABLE: tuple[Row, ...] = (
     Row("G", 300, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "P", "Return to the second point",
         "return_to_reference"),
     *(Row("G", number, _G.ONE_SHOT, _O.ONE_SHOT, "", "Store the reference point",
-          "store_reference", dialects="linuxcnc") for number in (281, 301)),
+          "store_reference", dialects=_LINUXCNC_GRBL) for number in (281, 301)),
     Row("G", 40, _G.ONE_SHOT, _O.DWELL, "PXU", "Dwell", "dwell", dialects=_FANUC_HAAS),
-    Row("G", 40, _G.ONE_SHOT, _O.DWELL, "P", "Dwell", "dwell", dialects="linuxcnc"),
+    Row("G", 40, _G.ONE_SHOT, _O.DWELL, "P", "Dwell", "dwell", dialects=_LINUXCNC_GRBL),
     # Plane, unit, distance, feed mode.
     Row("G", 170, _G.PLANE, _O.PLANE, "", "Plane XY", "set_plane"),
     Row("G", 180, _G.PLANE, _O.PLANE, "", "Plane ZX", "set_plane"),
@@ -78,7 +78,7 @@ TABLE: tuple[Row, ...] = (
     Row("G", 421, _G.COMPENSATION, _O.COMPENSATION, "DL", "Radius right", "compensate"),
     Row("G", 430, _G.LENGTH, _O.LENGTH, "H", "Tool length", "set_tool_length"),
     Row("G", 431, _G.LENGTH, _O.LENGTH, AXIS_WORDS, "Tool offset in words",
-        "set_tool_length_words", dialects="linuxcnc"),
+        "set_tool_length_words", dialects=_LINUXCNC_GRBL),
     Row("G", 432, _G.LENGTH, _O.LENGTH, "H", "Further tool length", "set_tool_length",
         dialects="linuxcnc"),
     Row("G", 440, _G.LENGTH, _O.LENGTH, "H", "Tool length, negative", "set_tool_length"),
@@ -92,7 +92,7 @@ TABLE: tuple[Row, ...] = (
         "set_tool_centre_point", dialects="haas"),
     # Work offsets.
     *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "", f"Work offset {index}",
-          "set_work_offset", dialects="haas linuxcnc")
+          "set_work_offset", dialects="haas linuxcnc grbl")
       for index, number in enumerate((540, 550, 560, 570, 580, 590, 591, 592, 593), start=1)),
     *(Row("G", number, _G.WORK_OFFSET, _O.WORK_OFFSET, "P", "Work offset", "set_work_offset",
           dialects="fanuc")
@@ -104,9 +104,11 @@ TABLE: tuple[Row, ...] = (
     Row("G", 520, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Local offset", "set_local_offset"),
     Row("G", 920, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Current point reads the words",
         "set_g92"),
+    Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, "", "Clear G92", "cancel_g92",
+        dialects=_LINUXCNC_GRBL),
     *(Row("G", number, _G.ONE_SHOT, _O.ONE_SHOT, "", sentence, "cancel_g92",
           dialects="linuxcnc")
-      for number, sentence in ((921, "Clear G92"), (922, "Suspend G92"), (923, "Restore G92"))),
+      for number, sentence in ((922, "Suspend G92"), (923, "Restore G92"))),
     Row("G", 921, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Work offset as it is stored",
         "preset", dialects="fanuc"),
     Row("G", 100, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS + "LPRIJQ", "Set offsets or tools",
@@ -155,7 +157,7 @@ TABLE: tuple[Row, ...] = (
     Row("G", 310, _G.MOTION, _O.MOTION, AXIS_WORDS + "P", "Skip move", "probe",
         dialects=_FANUC_HAAS),
     *(Row("G", number, _G.MOTION, _O.MOTION, AXIS_WORDS, "Probing move", "probe",
-          dialects="linuxcnc") for number in (382, 383, 384, 385)),
+          dialects=_LINUXCNC_GRBL) for number in (382, 383, 384, 385)),
     Row("G", 650, _G.ONE_SHOT, _O.STOP, "PL", "Macro call", "call_macro"),
     refused(660, "Modal macro call", "macros called after every move are not followed"),
     Row("M", 970, _G.CALL, _O.STOP, "PL", "Call of a block", "call_block", dialects="haas"),
@@ -200,12 +202,26 @@ TABLE: tuple[Row, ...] = (
 # fmt: on
 
 
+_G_OF_GRBL = (
+    *(0, 1, 2, 3, 4, 10, 17, 18, 19, 20, 21, 28, 28.1, 30, 30.1, 38.2, 38.3, 38.4, 38.5, 40),
+    *(43.1, 49, 53, 54, 55, 56, 57, 58, 59, 61, 80, 90, 91, 91.1, 92, 92.1, 93, 94),
+)
+_M_OF_GRBL = (0, 1, 2, 3, 4, 5, 7, 8, 9, 30)
+
+ONLY: dict[str, frozenset[str]] = {
+    "grbl": frozenset([f"G{g:g}" for g in _G_OF_GRBL] + [f"M{m}" for m in _M_OF_GRBL])
+}
+"""Dialect -> all codes it has, where these are few."""
+
+
 def codes_of(dialect: str) -> dict[tuple[str, int], Row]:
     """Return the rows a dialect has, by letter and number in tenths."""
+    only = ONLY.get(dialect)
     return {
         (row.letter, row.number): row
         for row in TABLE
-        if not row.dialects or dialect in row.dialects.split()
+        if (not row.dialects or dialect in row.dialects.split())
+        and (only is None or row.name in only)
     }
 
 
