@@ -15,6 +15,7 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "number_expected": ("GC401", "a letter is followed by a number such as 5, -0.5 or .5"),
     "stray_percent": ("GC401", "% opens the program on its first line and ends it later"),
     "unused_word": ("GC401", "no code of this block uses the letter; remove it or add its code"),
+    "unused_word_open": ("GC402", "remove it, or give control: {ignore_words: [...]}"),
     "axis_without_motion": ("GC401", "axis words need G0, G1, G2 or G3, in the block or active"),
     "polar_words": ("GC401", "@ and ^ stand for X and Y, in G17"),
     "axis_missing": ("GC401", "the code needs at least one axis word"),
@@ -28,8 +29,6 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "unknown_m": ("GC420", "if it moves no axis, list it in the machine file as shown"),
     # Arcs.
     "arc_no_center": ("GC404", "an arc needs R or both centre words of its plane"),
-    "arc_no_centre_open": ("GC402", "give control: {arc_no_centre: line | alarm}"),
-    "arc_r_no_end_open": ("GC402", "give control: {arc_r_no_end: none | alarm}"),
     "arc_normal_word_open": ("GC402", "give control: {arc_normal_word: ignored | error}"),
     "arc_radius_too_small": ("GC404", "R must reach half the distance from start to end"),
     "arc_end_equals_start": ("GC404", "an R arc needs an end point; a full circle takes I J K"),
@@ -102,7 +101,6 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "corner_too_large": ("GC404", "the corner must fit between the two blocks, above 0"),
     # Canned cycles.
     "cycle_word_missing": ("GC408", "a cycle needs R and the depth once, pecks and shifts need Q"),
-    "cycle_pecks_open": ("GC402", "give the depth of a peck: one stroke or an alarm, by control"),
     "cycle_r_below_z": ("GC408", "R lies above the bottom of the hole"),
     "cycle_q_not_positive": ("GC408", "Q must be above 0"),
     "cycle_return_unusable": ("GC408", "back boring leaves upwards: use G98"),

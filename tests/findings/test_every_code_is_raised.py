@@ -96,7 +96,7 @@ DISTANCES_AND_LIMITS = [
     Case("GC303", "G1 X100 F90000"),
 ]
 LANGUAGE = [
-    Case("GC401", "G0 X1 X2"),
+    Case("GC401", "G0 X"),
     Case("GC402", "G123"),
     Case("GC403", "TRAORI"),
     Case("GC404", "G2 X10 Z5 R1 F100"),

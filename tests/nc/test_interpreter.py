@@ -25,7 +25,7 @@ def meanings(meaning):
 def test_columns_point_at_the_word_and_not_at_the_blanks(control):
     meaning = interpret("  N5  (a comment)  G1 x 1 . 5  q7 F100", control())
     (finding,) = meaning.findings
-    assert (finding.meaning, finding.column) == ("unused_word", 32)
+    assert (finding.meaning, finding.column) == ("unused_word_open", 32)
 
 
 def test_a_refused_block_leaves_nothing_behind(control):

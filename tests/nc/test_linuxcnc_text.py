@@ -29,6 +29,17 @@ MOVES = {
     ),
     "a call by parameter": ("#1=3\no#1 call\nM2\no3 sub\nG0 X1\no3 endsub", [[1, 0, 0]]),
     "exists": ("G0 X[EXISTS[#1]+EXISTS[#<_x>]*2] Y[EXISTS[#<_no>]]", [[3, 0, 0]]),
+    "exists by way of another": (
+        "#1=2\n#2=99999\nG0 X[EXISTS[##1]] Y[EXISTS[##2]] Z[EXISTS[#[#1-1]]]",
+        [[1, 0, 1]],
+    ),
+    "the name of a program": ("O<MyProgram>\nG0 X1", [[1, 0, 0]]),
+    "debugging": ("#5599=0\n(DEBUG,#1)\nG0 X1", [[1, 0, 0]]),
+    "radius mode of lathes": ("G18 G8\nG0 X1", [[1, 0, 0]]),
+    "in step with the spindle": (
+        "S5 M3 G33 Z-5 K2\nX1 K1\nG20 G33.1 Z0 X0 K1",
+        [[0, 0, -5], [1, 0, -5], [0, 0, 0], [1, 0, -5]],
+    ),
     "fractional N": ("N1.5 G0 X1\nN.5 o1 if [1]\nX2\nN7 o1 endif", [[1, 0, 0], [2, 0, 0]]),
     "no value before a call": ("G0 X[#<_value>+1] Y#<_value_returned>", [[1, 0, 0]]),
     "a value after a call": (

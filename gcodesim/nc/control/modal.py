@@ -15,6 +15,8 @@ class Motion(IntEnum):
     FEED = 1
     CLOCKWISE = 2
     COUNTER_CLOCKWISE = 3
+    THREADING = 4
+    RIGID_TAPPING = 5
     NONE = -1
 
 

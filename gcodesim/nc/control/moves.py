@@ -238,6 +238,33 @@ def retract_axes(state: State, letters: str) -> None:
     move_axes(state, RAPID, axes)
 
 
+def in_step(state: State, point: list[float], pitch: float, *, back: bool) -> None:
+    """Feed straight in step with the spindle; a tap comes back the same way.
+
+    How far it runs on while the spindle is reversed is not known, and not in the path.
+
+    Args:
+        state: of the control.
+        point: program point, where to.
+        pitch: way of one turn [mm].
+        back: return to where it began.
+
+    Raises:
+        ProgramError: the spindle has no speed.
+    """
+    if not state.modal.speed:
+        what = "a move in step with a spindle without speed"
+        raise state.place.error("feed_per_rev_no_spindle", what)
+    start, position = state.position, state.reach(point)
+    mode, state.modal.feed_mode = state.modal.feed_mode, PER_REVOLUTION
+    move(state, FEED, position, pitch)
+    if back:
+        move(state, FEED, start, pitch)
+    else:
+        state.point = point
+    state.modal.feed_mode = mode
+
+
 def move(state: State, kind: Kind, position: list[float], f: float) -> None:
     """Record a straight move to a position; one of no length is left out."""
     if state.unfollowed:
@@ -402,7 +429,11 @@ def _centre(
     tolerance = state.control.readings.arc
     if centre is None:
         return centre_from_radius(first, last, radius, clockwise, tolerance)
-    check_centre(first, last, centre, tolerance, state.modal.inch)
+    try:
+        check_centre(first, last, centre, tolerance, state.modal.inch)
+    except ArcError as error:
+        if error.meaning != "arc_radius_mismatch" or state.reading("arc_radii") == "alarm":
+            raise
     return centre
 
 

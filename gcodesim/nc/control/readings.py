@@ -100,6 +100,10 @@ class Readings:
     g87: Literal["shift", "centre"] = _key(
         "back boring with a shift Q, or with centre words I J and the top K", "shift"
     )
+    g87_under_g99: Literal["initial", "alarm", "both"] = _key(
+        "back boring with a shift under G99: out to the initial level as under G98, or an alarm",
+        "both",
+    )
     peck_backoff: float = _key("G73 and G83 stop this far above the last depth [mm]", 0.254, ge=0)
     bore_shift: Literal["+X", "-X", "+Y", "-Y"] = _key(
         "way off the wall of G76 and G87 with Q, in G17; +X is the first axis of another plane, "
@@ -137,11 +141,16 @@ class Readings:
     arc: ArcTolerance = field(
         default_factory=ArcTolerance, metadata={"meaning": "tolerances of arc words", "rules": {}}
     )
-    arc_no_centre: Literal["open", "line", "alarm"] = _key(
-        "arc with neither R nor centre words: not known, a straight line, or an alarm", "open"
+    arc_no_centre: Literal["line", "alarm", "both"] = _key(
+        "arc with neither R nor centre words: a straight line, or an alarm", "both"
     )
-    arc_r_no_end: Literal["open", "none", "alarm"] = _key(
-        "arc with R that ends where it starts: not known, no motion, or an alarm", "open"
+    arc_radii: Literal["spiral", "alarm", "both"] = _key(
+        "arc whose start and end lie farther from the centre, one than the other, than `arc` "
+        "allows: a spiral, or an alarm",
+        "both",
+    )
+    arc_r_no_end: Literal["none", "alarm", "both"] = _key(
+        "arc with R that ends where it starts: no motion, or an alarm", "both"
     )
     arc_normal_word: Literal["zero", "ignored", "error"] = _key(
         "centre word along the normal of the plane: harmless where it is 0, never read, an error",
@@ -161,6 +170,14 @@ class Readings:
         "length of G43 without H: of the last H, where there was none of row 0 or of the tool in "
         "the spindle; or always of the tool in the spindle",
         "last",
+    )
+    same_letter: Literal["last", "alarm", "both"] = _key(
+        "a letter but G and M twice in a block: the last counts, or an alarm", "both"
+    )
+    unused_word: Literal["open", "alarm"] = _key(
+        "word that no code of its block uses: not known (`ignore_words` drops a letter), or an "
+        "alarm",
+        "open",
     )
     same_group: Literal["last", "alarm", "open"] = _key(
         "several G codes of one group in a block: the last counts, an alarm, or not known", "last"
@@ -195,6 +212,11 @@ class Readings:
         "Q of cycles: above 0, or a size whose sign is not read, which the next cycle keeps",
         "unsigned",
     )
+    cycle_no_q: Literal["none", "alarm", "both"] = _key(
+        "G73 and G83 without Q or with Q0, G76 and G87 without Q: one stroke and no shift, or an "
+        "alarm",
+        "both",
+    )
     cycle_upward: Literal["drills", "alarm"] = _key(
         "a cycle whose bottom lies above its R level: drills from R to the bottom, or an alarm",
         "drills",
@@ -206,7 +228,9 @@ class Readings:
         "M0 and M1 stop the spindle until M3 or M4, or let it turn on; M1 hangs on a switch too",
         "stops",
     )
-    tapping_starts_spindle: bool = _key("G74 and G84 start the spindle themselves", False)
+    tapping_spindle: Literal["starts", "alarm", "both"] = _key(
+        "G74 and G84 with the spindle off: they start it themselves, or an alarm", "both"
+    )
     g10_in_g91: Literal["adds", "replaces"] = _key("words of G10 L2 under G91", "adds")
     g10_l20: Literal["above_9", "additional", "solved"] = _key(
         "P of G10 L20 names an additional offset, which its words set: above P9, or every P; or "
@@ -302,6 +326,7 @@ ROWS: dict[str, Readings] = {
         dwell_p="point",
         r_and_ijk="error",
         arc_no_centre="alarm",
+        arc_radii="alarm",
         arc_r_no_end="none",
         arc_normal_word="ignored",
         length_without_h="last_or_spindle",
@@ -311,7 +336,7 @@ ROWS: dict[str, Readings] = {
         cycle_repeats="L",
         peck_words="ijk",
         spindle_at_stop=BOTH,
-        tapping_starts_spindle=True,
+        tapping_spindle="starts",
         m98_p="number",
         macros="macro_b_haas",
     ),
@@ -328,16 +353,22 @@ ROWS: dict[str, Readings] = {
         feed_forgotten="always",
         h0="spindle",
         arc_no_centre="alarm",
+        arc_radii="alarm",
         arc_r_no_end="alarm",
         arc_normal_word="error",
         h_in_any_block=False,
         length_without_h="spindle",
+        same_letter="alarm",
+        unused_word="alarm",
         same_group="alarm",
         g53_incremental="stop",
         g10_l2_p0="active",
         cycle_drills="axis",
         cycle_rotary="error",
         cycle_q="signed",
+        cycle_no_q="alarm",
+        g87_under_g99="alarm",
+        tapping_spindle="alarm",
         cycle_upward="alarm",
         spindle_at_stop="turns",
         g10_in_g91="replaces",

@@ -31,7 +31,7 @@ ACTIONS: dict[str, Action] = {
         *(modes.set_feed_mode, modes.set_path, modes.set_plane, modes.set_rigid_tapping),
         *(modes.set_speed, modes.set_spindle, modes.set_surface_speed, modes.set_unit, modes.stop),
         *(motion.arc, motion.probe, motion.return_to_reference, motion.set_polar),
-        *(motion.store_reference, motion.straight),
+        *(motion.move_in_step, motion.store_reference, motion.straight),
         *(offsets.cancel_g92, offsets.mirror, offsets.rotate_plane, offsets.set_g92),
         *(offsets.preset, offsets.scale, offsets.set_haas_offset, offsets.set_setup_error),
         *(offsets.scale_by_thousandths, offsets.wrap_on_cylinder),

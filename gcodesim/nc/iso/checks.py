@@ -223,6 +223,7 @@ class Checks:
             moves = any(row.order is Order.MOTION for row in rows)
             used |= POLAR_LETTERS if moves else frozenset()
             used |= {"$"} if block.values.get("$", 1.0) in (0.0, -1.0) else frozenset()
+        is_open = self.state.control.readings.unused_word == "open"
         other_use = frozenset("".join(row.words for row in rows if not row.takes_axes))
         for letter, value in block.values.items():
             is_axis = letter in AXIS_LETTERS
@@ -231,6 +232,9 @@ class Checks:
                 raise block.error("unknown_word", f"{letter} is no axis here", letter)
             if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
                 meaning = unclaimed if is_axis else "unused_word"
+                if meaning == "unused_word" and is_open and letter.isalpha():
+                    meaning, what = "unused_word_open", f"no code of this block uses {letter}"
+                    raise block.error(meaning, what, letter)
                 raise block.error(meaning, f"{letter}{value:g}", letter)
             if letter == "N":
                 self._check_block_number(block, value)

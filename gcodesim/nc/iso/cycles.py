@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from gcodesim.constants import SAME_LEVEL_MM
@@ -104,9 +104,6 @@ def run_cycle(state: IsoState, block: Block, number: int) -> None:
         if block.values.keys() & ROTARY:
             moves.straight(state, Kind.RAPID, _beside(state, block))
         return
-    if number in TAPPING and state.control.readings.tapping_starts_spindle:
-        right = number == G.TAPPING
-        state.modal.spindle = Spindle.CLOCKWISE if right else Spindle.COUNTER_CLOCKWISE
     _check_words(state, block, number)
     hole = _hole(state, block, number, repeats)
     state.holes += repeats * hole.counted
@@ -180,40 +177,42 @@ def _check_words(state: IsoState, block: Block, number: int) -> None:
         ProgramError: it has not.
     """
     words, normal = state.codes.cycle_words, PLANES[state.modal.plane][2]
-    centred = _is_centred(state, number)
-    needed = f"ZR{CENTRE_WORDS[normal]}" if centred else NEEDED[number]
-    unsigned = state.control.readings.cycle_q == "unsigned"
-    if number in (G.CHIP_BREAKING, G.PECKING) and unsigned:
-        _check_pecks(state, block, number)
-        needed = "ZR"
-    elif number == G.FINE_BORING and state.control.readings.peck_words == "ijk":
-        needed = "ZR"
-    for letter in needed:
+    code = f"G{number // 10}"
+    for letter in f"ZR{CENTRE_WORDS[normal]}" if _is_centred(state, number) else "ZR":
         if letter not in words:
-            name, code = AXES[normal] if letter == "Z" else letter, f"G{number // 10}"
+            name = AXES[normal] if letter == "Z" else letter
             raise block.error("cycle_word_missing", f"{code} without {name}", code)
-    if "Q" in needed and words["Q"] <= 0:
-        what = f"G{number // 10} with Q{words['Q']:g}"
-        raise block.error("cycle_q_not_positive", what, "Q")
+    if number in SIZED and words.get("Q", 0.0) < 0:
+        raise block.error("cycle_q_not_positive", f"{code} with Q{words['Q']:g}", "Q")
     if number == G.DWELL_DRILLING and "P" not in words:
         state.report("cycle_dwell_missing", "G82 without P", "G82")
-    if number in TAPPING and not state.modal.spindle_turns and not state.codes.rigid_tapping:
-        code = f"G{number // 10}"
-        raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
+    for key in _open_keys(state, number):
+        if state.reading(key) == "alarm":
+            if key == "cycle_no_q" and "Q" in words:
+                raise block.error("cycle_q_not_positive", f"{code} with Q0", "Q")
+            meaning, what = ALARMS[key]
+            raise block.error(meaning, f"{code} {what}", code)
     if number in TAPPING:
-        # With M29 the cycle turns the spindle itself.
+        if not state.modal.spindle_turns and not state.codes.rigid_tapping:
+            right = number == G.TAPPING
+            state.modal.spindle = Spindle.CLOCKWISE if right else Spindle.COUNTER_CLOCKWISE
         state.recorder.turn(Turning.MAY_TURN)
+
+
+def _open_keys(state: IsoState, number: int) -> Iterator[str]:
+    """Yield the readings on which a hole of the active cycle depends."""
+    words, ijk = state.codes.cycle_words, state.control.readings.peck_words == "ijk"
+    if number in (G.CHIP_BREAKING, G.PECKING):
+        lacks_q = not (words.get("Q") or (ijk and words.get("I")))
+    else:
+        shifts = _is_shifted(state, number) or (number == G.FINE_BORING and not ijk)
+        lacks_q = shifts and "Q" not in words
+    if lacks_q:
+        yield "cycle_no_q"
+    if number in TAPPING and not state.modal.spindle_turns and not state.codes.rigid_tapping:
+        yield "tapping_spindle"
     if _is_shifted(state, number) and state.codes.cycle_return == G.RETURN_TO_R:
-        raise block.error("cycle_return_unusable", "G87 under G99", "G87")
-
-
-def _check_pecks(state: IsoState, block: Block, number: int) -> None:
-    """Refuse pecks of no depth, which are one stroke on some controls and an alarm on others."""
-    words = state.codes.cycle_words
-    first = words.get("I") if state.control.readings.peck_words == "ijk" else None
-    if {"R", "Z"} <= words.keys() and not (first or words.get("Q")):
-        code = f"G{number // 10}"
-        raise block.error("cycle_pecks_open", f"{code} without the depth of a peck", code)
+        yield "g87_under_g99"
 
 
 def next_hole(state: IsoState) -> Hole | None:
@@ -223,8 +222,10 @@ def next_hole(state: IsoState) -> Hole | None:
         ProgramError: the hole would be refused.
     """
     codes = state.codes
-    # G82 without P is reported for every hole.
+    # G82 without P is reported for every hole, and what is not known is counted.
     if codes.cycle == G.DWELL_DRILLING and "P" not in codes.cycle_words:
+        return None
+    if any(_open_keys(state, codes.cycle)):
         return None
     block = Block("", 0, "")
     _check_words(state, block, codes.cycle)
@@ -254,7 +255,8 @@ def _hole(state: IsoState, block: Block, number: int, repeats: int) -> Hole:
     if upward:
         # Worked out downwards, and turned over at the end.
         r, z, initial = -r, -z, -initial
-    out = max(initial, r) if codes.cycle_return == G.RETURN_TO_START else r
+    to_initial = shifted or codes.cycle_return == G.RETURN_TO_START
+    out = max(initial, r) if to_initial else r
     pecks = kept if readings.peck_words == "ijk" else {"Q": q}
     pecks = pecks if number in (G.CHIP_BREAKING, G.PECKING) else {"Q": q}
     depths = peck_depths(block, r, z, pecks, repeats) if number in PECKED else [z]
@@ -373,11 +375,15 @@ STEPS: dict[int, Callable[[HoleWords], list[Step]]] = {
 }
 """Cycle -> what it does after the approach; G86 moves as G82 does."""
 
-NEEDED = {
-    **dict.fromkeys(STEPS, "ZR"),
-    **dict.fromkeys((G.CHIP_BREAKING, G.PECKING, G.FINE_BORING, G.BACK_BORING), "ZRQ"),
+SIZED = (G.CHIP_BREAKING, G.PECKING, G.FINE_BORING, G.BACK_BORING)
+"""Cycles with pecks or a shift of the size Q."""
+
+ALARMS = {
+    "cycle_no_q": ("cycle_word_missing", "without Q"),
+    "tapping_spindle": ("tapping_no_spindle", "with the spindle off"),
+    "g87_under_g99": ("cycle_return_unusable", "under G99"),
 }
-"""Cycle -> words it cannot do without; Z is the depth."""
+"""Key of the readings -> meaning and text of the alarm."""
 
 
 def end_cycle(state: IsoState, block: Block, number: int) -> None:

@@ -32,7 +32,6 @@ Join = Callable[[float | None, float | None], float]
 NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
 NAME = re.compile(r"<([^<>]*)>")
 FUNCTION = re.compile(r"(" + "|".join(FUNCTIONS) + r")(?=\[)")
-EXISTS = re.compile(r"\[#(?:<([^<>]*)>|([0-9]{1,9}))\]")
 MAX_DEPTH = 50
 """Brackets, signs and # may nest this deep; a control allows five."""
 
@@ -158,16 +157,7 @@ class Parser:
         name, place = match[1], self.at
         self.at = match.end()
         if name == "EXISTS":
-            exists = EXISTS.match(self.text, self.at)
-            if not exists:
-                raise self.error("number_expected", "EXISTS takes [#<name>]")
-            self.at = exists.end()
-            known = exists[1]
-            if known is None:
-                # Numbered parameters exist, every one of them.
-                found = self.rules.lowest <= int(exists[2]) <= self.rules.last
-                return lambda p: float(found)
-            return lambda p: float(p.has_name(known, place))
+            return self._exists(place)
         inner = self.bracket()
         if name == "ATAN" and self.text.startswith("/[", self.at):
             self.at += 1
@@ -184,6 +174,24 @@ class Parser:
                 what = f"{name}[{inner(p) or 0.0:g}]"
                 raise ExpressionError("function_domain", what, place) from None
 
+        return evaluate
+
+    def _exists(self, place: int) -> Evaluate:
+        """Read [ parameter ], and tell whether there is one."""
+        if not self.text.startswith("[#", self.at):
+            raise self.error("number_expected", "EXISTS takes [#<name>]")
+        self.at += 2
+        evaluate: Evaluate
+        if match := NAME.match(self.text, self.at):
+            self.at, known = match.end(), match[1]
+            evaluate = lambda p: float(p.has_name(known, place))  # noqa: E731 (as all of these)
+        else:
+            # Numbered parameters exist, every one of them.
+            number, first, last = self.value(), self.rules.lowest, self.rules.last
+            evaluate = lambda p: float(first <= (number(p) or 0.0) <= last)  # noqa: E731
+        if not self.text.startswith("]", self.at):
+            raise self.error("expression_unclosed", "no ]")
+        self.at += 1
         return evaluate
 
 

@@ -16,6 +16,7 @@ class G:
     PLANE_XY, PLANE_ZX, PLANE_YZ = 170, 180, 190
     INCH, MILLIMETRE = 200, 210
     REFERENCE, SECOND_REFERENCE = 280, 300
+    THREADING, RIGID_TAPPING = 330, 331
     COMPENSATION_OFF, LEFT, RIGHT, LEFT_BY, RIGHT_BY = 400, 410, 420, 411, 421
     LENGTH, LENGTH_IN_WORDS, LENGTH_ADDED, LENGTH_NEGATIVE = 430, 431, 432, 440
     TIP, TIP_BY_VECTORS, TIP_OF_HAAS = 434, 435, 2340
@@ -74,6 +75,10 @@ class Codes:
     rigid_tapping: bool = False
 
 
+IN_STEP = {Motion.THREADING: G.THREADING, Motion.RIGID_TAPPING: G.RIGID_TAPPING}
+"""Motion in step with the spindle -> its code."""
+
+
 def motion_code(motion: Motion) -> int:
     """Return the G code of a kind of motion, G80 for none."""
-    return G.CYCLE_OFF if motion is Motion.NONE else motion * 10
+    return IN_STEP.get(motion, G.CYCLE_OFF if motion is Motion.NONE else motion * 10)

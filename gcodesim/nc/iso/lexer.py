@@ -34,6 +34,7 @@ DELETE_INSIDE = re.compile(r"/[1-9]?(?=[A-Z](?![A-Z]))")
 """A / before a word; before anything else it divides."""
 
 NAME = re.compile(r"<[^<>]*>")
+NAMED_PROGRAM = re.compile(r"O<[^<>]*>")
 TAPE = str.maketrans(dict.fromkeys(map(ord, TAPE_CHARACTERS), " "))
 MESSAGE = re.compile(r"\(\s*(MSG|DEBUG|PRINT)\s*,(.*)\)", re.IGNORECASE | re.DOTALL)
 
@@ -63,6 +64,9 @@ def lex(block: Block, *, tape: bool, delete: bool) -> None:
         compact = compact[1:]
     if tape and compact[:1] == "<" and NAME.fullmatch(compact):
         # The name of a program, as 30i and 0i-F write it.
+        compact = ""
+    if not tape and NAMED_PROGRAM.fullmatch(compact):
+        # It heads the file; a call names the file.
         compact = ""
     if compact[:1] == "/":
         block.deleted = True

@@ -151,6 +151,25 @@ def straight(state: IsoState, block: Block, number: int) -> None:
     moves.straight(state, kind, target(state, block), edge)
 
 
+def move_in_step(state: IsoState, block: Block, number: int) -> None:
+    """G33 G33.1 of LinuxCNC: feed by K with every turn of the spindle; G33.1 comes back."""
+    modal, taps = state.modal, number == G.RIGID_TAPPING
+    modal.motion = Motion.RIGID_TAPPING if taps else Motion.THREADING
+    state.codes.cycle, modal.drilling = 0, False
+    code, pitch = f"G{number / 10:g}", abs(block.values.get("K", 0.0)) * state.scale
+    if not block.moves:
+        raise block.error("axis_missing", f"{code} without axis words")
+    if block.has("G", G.MACHINE_COORDINATES):
+        raise block.error("axis_without_motion", f"G53 with {code}", "G53")
+    if not pitch:
+        raise block.error("feed_missing", f"{code} without K", code)
+    if taps and not modal.spindle_turns:
+        raise block.error("tapping_no_spindle", f"{code} with the spindle off", code)
+    if taps and (rotary := next((letter for letter in "ABC" if letter in block.values), "")):
+        raise block.error("rotary_in_cycle", f"{rotary} with {code}", rotary)
+    moves.in_step(state, target(state, block), pitch, back=taps)
+
+
 def _to_machine_point(state: IsoState, block: Block, kind: Kind) -> None:
     """G53: the words are axis positions; under G91 the control has a reading of its own."""
     reading = state.control.readings.g53_incremental
@@ -189,21 +208,16 @@ def _needs_arc(state: IsoState, block: Block, end: list[float], radius: float) -
     """Tell whether there is an arc to trace, of a block without centre words.
 
     Raises:
-        ProgramError: the reading leaves open what the control does.
+        ProgramError: there is none, and that is an alarm.
     """
-    readings = state.control.readings
     if not radius and "R" not in block.values:
-        if readings.arc_no_centre == "alarm":
+        if state.reading("arc_no_centre") == "alarm":
             raise block.error("arc_no_center", "arc without centre")
-        if readings.arc_no_centre == "open":
-            raise block.error("arc_no_centre_open", "arc with neither R nor centre words")
         return False
     u, v, _ = PLANES[state.modal.plane]
-    if (end[u], end[v]) != (state.point[u], state.point[v]) or readings.arc_r_no_end == "alarm":
+    if (end[u], end[v]) != (state.point[u], state.point[v]):
         return True
-    if readings.arc_r_no_end == "open":
-        raise block.error("arc_r_no_end_open", "arc with R that ends where it starts", "R")
-    return False
+    return state.reading("arc_r_no_end") == "alarm"
 
 
 def _turns(block: Block) -> int:
@@ -233,6 +247,10 @@ def _centre(state: IsoState, block: Block) -> tuple[Point | None, float]:
     if absolute and len(given) < 2:
         raise block.error("arc_no_center", "arc without centre")
     offset_u, offset_v = (words.get(CENTRE_WORDS[i], 0.0) * scale for i in (u, v))
+    may_be_left_out = not absolute and state.control.readings.arc_no_centre != "alarm"
+    if may_be_left_out and not (offset_u or offset_v):
+        # I0 J0 may be left out, so that they are no centre.
+        return None, 0.0
     return (offset_u, offset_v) if absolute else (start[u] + offset_u, start[v] + offset_v), 0.0
 
 

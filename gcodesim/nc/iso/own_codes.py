@@ -32,6 +32,8 @@ def _off(numbers: tuple[int, ...], dialects: str, words: str = "") -> tuple[Row,
 OWN_CODES: tuple[Row, ...] = (
     # Off-switches of modes that are never on.
     *_off((90, 110, 131, 230, 250, 260, 401, 491, 500, 620, 630, 670, 691), _FANUC_HAAS),
+    *_off((80,), "linuxcnc"),
+    refused(70, "Diameters", "diameters are for lathes", "linuxcnc"),
     Row("G", 1000, Group.NONE, Order.WORK_OFFSET, AXIS_WORDS, "Mirror of Haas off",
         dialects="haas", optional=True),
     Row("G", 220, Group.ONE_SHOT, Order.OTHER, AXIS_WORDS + "IJK", "Stroke limit",

@@ -24,6 +24,9 @@ UNKNOWN = math.nan
 IGNORED = (3003, 3004)
 """Fanuc: suppression of single block and feed hold, which move nothing."""
 
+DEBUG_ON = 5599
+"""LinuxCNC: whether DEBUG comments are shown."""
+
 
 class ExpressionError(GcodesimError):
     """An expression that cannot be read or has no value.
@@ -240,7 +243,7 @@ class Parameters:
             if number - first in range(6) and abs(value) <= LIMIT:
                 self.state.reference[code][AXES[number - first]] = value
                 return True
-        return False
+        return number == DEBUG_ON
 
 
 Reader = Callable[[Parameters, int], float | None]

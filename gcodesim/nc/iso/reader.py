@@ -235,7 +235,7 @@ class IsoReader(Language[Block]):
             elif letter in ignore:
                 block.ignored = True
                 self.state.ignored[f"word {letter}"] += 1
-            elif letter in values:
+            elif letter in values and self.state.reading("same_letter") == "alarm":
                 raise block.error("duplicate_word", f"{letter} twice", index)
             else:
                 value = values[letter] = float(number)

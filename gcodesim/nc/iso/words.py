@@ -37,6 +37,9 @@ TABLE: tuple[Row, ...] = (
     Row("G", 10, _G.MOTION, _O.MOTION, AXIS_WORDS, "Straight feed move", "straight"),
     Row("G", 20, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, clockwise", "arc"),
     Row("G", 30, _G.MOTION, _O.MOTION, _ARC_WORDS, "Arc, counter-clockwise", "arc"),
+    *(Row("G", number, _G.MOTION, _O.MOTION, AXIS_WORDS + "K", sentence, "move_in_step",
+          dialects="linuxcnc")
+      for number, sentence in ((330, "Feed in step with the spindle"), (331, "Rigid tapping"))),
     Row("G", 530, _G.ONE_SHOT, _O.DISTANCE, "", "Machine coordinates in this block"),
     Row("G", 280, _G.ONE_SHOT, _O.ONE_SHOT, AXIS_WORDS, "Return to the reference point",
         "return_to_reference"),

@@ -1,2 +1,0 @@
-; unused_word 2 (X belongs to G28, so R belongs to nothing)
-G2 X5 G28 R3 F100

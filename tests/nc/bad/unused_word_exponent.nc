@@ -1,2 +1,0 @@
-; unused_word 2
-G0 X1e3

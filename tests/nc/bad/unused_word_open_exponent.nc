@@ -1,0 +1,2 @@
+; unused_word_open 2
+G0 X1e3

@@ -1,2 +1,0 @@
-; unused_word 2
-G1 X1 R5 F100
