@@ -106,7 +106,7 @@ FIELD = {
 PROGRAMS = {
     # K of an arc in G17 is not read, or stands in the way; nothing else is wrong with the block.
     "fanuc-arc-k-in-g17": Right(OPEN),
-    "fanuc-arc-no-centre": Right(UNKNOWN, "GC402", "X20."),
+    "fanuc-arc-no-centre": Right(UNKNOWN, "GC427", "X20."),
     "fanuc-dprnt": Right(PASS),
     "fanuc-g54-p": Right(UNKNOWN, "GC409", "G54"),
     # After H0 the last block is a position of the spindle's face.
@@ -153,7 +153,7 @@ def test_a_frozen_answer_is_right(name: str) -> None:
 
 
 def test_a_rotary_axis_ends_at_zero() -> None:
-    """C-0 with `wrap: sign` turns 90 degrees back, and a reference point takes C to zero."""
+    """C-0 with `wrap: sign` turns 90 degrees back; G28 takes C to zero, by at most one turn."""
     for name in ("l17_sign_minus_zero", "l20_g28_wound_c", "l44_g28_rollover_turns"):
         frozen = json.loads((TRANSCRIPTS / f"field/{name}.json").read_text(encoding="utf-8"))
-        assert json.loads(frozen["steps"][0]["output"][-1])["to"][5] == 0.0, name
+        assert json.loads(frozen["steps"][0]["output"][-1])["to"][5] % 360.0 == 0.0, name
