@@ -106,7 +106,7 @@ FIELD = {
 PROGRAMS = {
     # K of an arc in G17 is not read, or stands in the way; nothing else is wrong with the block.
     "fanuc-arc-k-in-g17": Right(OPEN),
-    "fanuc-arc-no-centre": Right(UNKNOWN, "GC427", "X20."),
+    "fanuc-arc-no-centre": Right(UNKNOWN, "GC427"),
     "fanuc-dprnt": Right(PASS),
     "fanuc-g54-p": Right(UNKNOWN, "GC409", "G54"),
     # After H0 the last block is a position of the spindle's face.
