@@ -274,7 +274,7 @@ def test_a_baseline_holds_wherever_it_is_used_from(
     ("text", "said"),
     [
         ("{", "no JSON"),
-        ("[]", "schema: expected 'gcodesim.baseline/1'"),
+        ("[]", "schema: expected 'gcodesim.baseline/2'"),
         ('{"schema": "gcodesim.baseline/1"}', "entries: expected a list"),
         ('{"schema": "gcodesim.baseline/1", "entries": [{"program": 1}]}', "entries[0]: expected"),
         ('{"schema": "gcodesim.baseline/1", "entries": [{}]}', "entries[0].program: this key"),

@@ -73,8 +73,8 @@ def check_program(
     result = check_once(text, name, machine, options, progress, notice)
     if not any(is_varied(reading.key) for reading in result.coverage.readings):
         return result
-    # Another way of reading only has to show whether it hits something.
-    quick = replace(options, minimum=False, nearest=False, stop_all=False, audit=False)
+    # Another way of reading only has to show whether it hits something, and how deep.
+    quick = replace(options, minimum=False, nearest=False, audit=False)
 
     def again(keys: Mapping[str, str]) -> CheckResult:
         return check_once(text, name, machine.with_readings(**keys), quick)
@@ -170,6 +170,7 @@ def _result(
         work=detection.work.as_report,
         timing_s=seconds,
         replay=Replay(machine, path, meaning.lines, meaning.files, task.aims.clearance),
+        looked_up=meaning.looked_up,
     )
 
 

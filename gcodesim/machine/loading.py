@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from gcodesim.machine.bodies import PartReader, longest_travel
 from gcodesim.machine.files import find_machine, inside
+from gcodesim.machine.mesh_units import unit_findings
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, ZeroPoint
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
@@ -44,13 +45,12 @@ def load_machine(
     given = file.control.model_dump(exclude_none=True)
     _find_programs(given, source, allow_outside)
     _check_tool_change(given.get("tool_change"), joints, source)
-    travel = longest_travel(joints)
-    reader = PartReader(source, file.units, allow_outside, travel)
+    reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
     mount = _tool_mount(file, own, reader)
     job = read_setup(setup)
     _check_machine(job, source.path)
-    job_reader = PartReader(job.source, job.file.units, allow_outside, travel)
+    job_reader = PartReader(job.source, job.file.units, allow_outside)
     clamped = job.bodies(links, [*links, *([mount.name] if mount else [])], job_reader)
     tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
@@ -58,20 +58,27 @@ def load_machine(
     members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
     members += [_tool_member(mount, table)] if mount else []
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
+    bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
+    units = unit_findings(
+        [*reader.read, *job_reader.read],
+        list(bodies.values()),
+        mount.mounted if mount else (),
+        longest_travel(joints),
+    )
     return Machine(
         name=file.name,
         path=str(source.path),
         verified=file.verified,
         links=links,
         joints=joints,
-        bodies={**own, **{name: body for name, (body, _) in clamped.items()}},
+        bodies=bodies,
         pairs=chosen.pairs,
         cutting=chosen.cutting,
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=chosen.unchecked_by_rule,
-        findings=(*reader.findings, *job_reader.findings),
+        unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
+        findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
@@ -80,6 +87,16 @@ def load_machine(
         path_tolerance=file.path_tolerance.model_dump(),
         time=file.time,
     )
+
+
+def _shells(bodies: Iterable[Body], mount: ToolMount | None) -> Iterator[str]:
+    """Yield a line for every part that has no inside."""
+    named = [(body.name, part) for body in bodies for part in body.parts]
+    named += [(mount.name, part) for part in mount.mounted] if mount else []
+    for body, part in named:
+        if part.shell:
+            name = body if part.name == body else f"{body}.{part.name}"
+            yield f"{name}: a shell, of which only the surface is checked"
 
 
 def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
