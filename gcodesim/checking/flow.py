@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from gcodesim.checking.open_offsets import open_offsets
 from gcodesim.checking.options import Options
 from gcodesim.checking.replay import Replay
 from gcodesim.checking.variation import varied
@@ -101,6 +102,7 @@ def check_once(
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)
+        findings += open_offsets(meaning, machine)
         off = off_path(meaning.program, path, machine)
     with watch.time("compile"):
         task = _task(path, machine, options, off, progress, notice)

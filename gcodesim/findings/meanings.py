@@ -71,6 +71,8 @@ LANGUAGE_MEANINGS: dict[str, tuple[str, str]] = {
     "function_domain": ("GC406", "the value lies outside what the function takes"),
     "expression_unclosed": ("GC406", "an expression stands between [ and ], 50 levels at most"),
     "call_without_number": ("GC407", "name the subprogram, or the block, with P"),
+    "subprogram_twice": ("GC412", "controls refuse a second one, or keep either: take one out"),
+    "subprogram_other_number": ("GC412", "give the file the number that it is called by"),
     "subprogram_not_found": (
         "GC412",
         "put it into the program, as Onnnn.nc beside it, or into `control: {programs: ...}`",
@@ -166,6 +168,7 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
     "model_unverified": ("GC430", "measure the machine, then write `verified: true`"),
     "near_pole": ("GC304", "tilt the tool away from the axis of the table or fork, or feed slower"),
     "no_motion": ("GC430", "nothing can collide, and nothing was checked"),
+    "offset_assumed": ("GC425", "give it under work: {offsets: ...}, in the machine or setup file"),
     "offsets_missing": ("GC430", "give the work offsets in the machine or setup file"),
     "other_programs": ("GC430", "check --all-programs checks each main program of a file"),
     "overdue": ("GC901", "give the batch a longer --time-limit, or check this program alone"),

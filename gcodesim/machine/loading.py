@@ -22,6 +22,9 @@ from gcodesim.nc.control.readings import STANDS_FOR, choose_readings
 
 TOOL_PARTS = ("flute", "shank", "holder")
 
+CALL_LETTERS = "GMNOPL"
+"""Letters of codes, and of what calls run and how often."""
+
 
 def load_machine(
     path: str, *, tools: str | None = None, setup: str | None = None, allow_outside: bool = False
@@ -45,6 +48,7 @@ def load_machine(
     given = file.control.model_dump(exclude_none=True)
     _find_programs(given, source, allow_outside)
     _check_tool_change(given.get("tool_change"), joints, source)
+    _check_ignored_words(given.get("ignore_words", ()), joints, source)
     reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
     mount = _tool_mount(file, own, reader)
@@ -107,6 +111,17 @@ def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
             if getattr(spec, key) is None:
                 text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
                 raise source.error(text, "joints", name)
+
+
+def _check_ignored_words(letters: Iterable[str], joints: Sequence[Joint], source: YamlFile) -> None:
+    """A word that moves an axis, or that a call needs, is never left out."""
+    for letter in letters:
+        if letter in {joint.name for joint in joints}:
+            text = f"{letter} is an axis of this machine: its words move it"
+            raise source.error(text, "control", "ignore_words")
+        if letter in CALL_LETTERS:
+            text = f"{letter} says what is run: it belongs to every call or block"
+            raise source.error(text, "control", "ignore_words")
 
 
 def _check_machine(job: Setup, machine: Path) -> None:
@@ -194,7 +209,14 @@ def _positions(
     if work is not None and work.link not in file.links:
         text = f"unknown link {work.link!r}; {suggest(work.link, file.links)}"
         raise source.error(text, "work", "link")
-    offsets = {**(work.offsets if work else {}), **job.file.offsets}
+    given = work.offsets if work else {}
+    offsets = {
+        # A setup replaces the axes it names, and leaves the others as the machine file has them.
+        name: given[name].model_copy(update=spec.model_dump(exclude_unset=True))
+        if name in given
+        else spec
+        for name, spec in {**given, **job.file.offsets}.items()
+    }
     for code, position in file.reference.items():
         _check_axes(position, joints, source, "reference", code)
     return {
