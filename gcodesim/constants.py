@@ -93,6 +93,11 @@ times as much."""
 FOUND_AGAIN_MM = 1.0e-6
 """What is added to the distance for its time [mm]: smaller, and rounding may lose the time."""
 
+DEPTH_SLACK = 0.02
+"""What was accepted counts again where it is deeper by more than this than when it was accepted
+[mm, deg], and a depth is looked for until no more can hide [mm]. Smaller lets edits elsewhere fail,
+larger accepts what nobody has seen."""
+
 # Files of a machine.
 
 LARGEST_NUMBER = 1.0e9
@@ -100,8 +105,8 @@ LARGEST_NUMBER = 1.0e9
 lose the micrometre."""
 
 UNIT_RATIO = 20.0
-"""A mesh this many times smaller or larger than the longest linear travel has a suspicious unit
-(GC503). Smaller suspects bolts and beds."""
+"""A mesh this many times smaller or larger than the longest linear travel, and than all bodies of
+its link and tool, is in the wrong unit if another one fits (GC503). Smaller suspects bolts."""
 
 THIN_TRIANGLE = 1.0e-12
 """Twice a triangle's area over its longest edge squared; below this it counts as degenerate

@@ -50,6 +50,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     "collision/search/depths": {
         "GOOD_TO_MM": "what is stated beside a depth",
         "FAR": "more than any distance",
+        "TINY": "keeps a division from 0",
         "RAY": "a direction",
     },
     "collision/search/lasting": {"FLAT": ROUNDING},

@@ -198,10 +198,13 @@ def test_json_lines_are_canonical() -> None:
     assert (objects[3]["program"], objects[3]["code"]) == ("parts/b a.nc", "GC102")
 
 
-def test_what_is_ignored_is_told_where_reasons_are_and_nowhere_else() -> None:
+def test_what_is_ignored_is_told_with_its_reason_and_is_no_result() -> None:
     run = RunOutcome((HIDDEN,))
     assert [result["ruleId"] for result in sarif_run(run)["results"]] == ["GC430"]
-    assert "GC102" not in gitlab.render(run) + github.render(run) + github.summary(run)
+    assert [issue["severity"] for issue in json.loads(gitlab.render(run))] == ["info", "info"]
+    notice = github.render(run).splitlines()[1]
+    assert notice.startswith("::notice file=parts/part.nc,line=6::ignored (comment: dummy): GC102")
+    assert "ignored (comment: dummy): GC102" in github.summary(run)
     report = json.loads(RENDER["json"](run))
     (hidden,) = report["suppressed"]
     assert hidden["ignored"] == {"by": "comment", "reason": "dummy"}
@@ -226,3 +229,12 @@ def test_order_is_by_what_decides() -> None:
     mixed = replace(FAILED, findings=(NOTE, NEAR, UNKNOWN, LIMIT, TOUCH))
     codes = re.findall(r"::(GC\d+) ", github.render(RunOutcome((mixed,))))
     assert codes == ["GC102", "GC301", "GC402", "GC201", "GC430"]
+
+
+def test_github_tells_what_was_ignored_after_ten_other_findings() -> None:
+    hidden = [replace(TOUCH, line=n, ignored=Ignored("comment", "dummy")) for n in (1, 2, 3)]
+    many = replace(FAILED, findings=(*[replace(NEAR, line=n) for n in range(20)], *hidden))
+    lines = github.render(RunOutcome((many,))).splitlines()
+    assert len(lines) == github.ANNOTATIONS
+    assert lines[-1].startswith("::notice")
+    assert lines[-1].endswith("and 2 more findings ignored")

@@ -8,12 +8,14 @@ from gcodesim.batch.jobs import Job
 from gcodesim.checking.verdict import EXIT_CODES, USAGE_EXIT, CheckResult, Coverage
 from gcodesim.constants import PS_PER_S
 from gcodesim.findings.codes import Finding
+from gcodesim.nc.lines import file_mark
 from gcodesim.report.json_report import report_dict
 
 Record = dict[str, Any]
 """The label of a job, the `seconds` its check took, and `report` or, with exit code 2, `error`.
 
-`unwritten` says why its picture is not there.
+`unwritten` says why its picture is not there. `files` are the program and those it called, or for
+which it was looked, with a mark of what was in them.
 """
 
 WORKER_LOST, OVERDUE = "worker_lost", "overdue"
@@ -48,8 +50,10 @@ def exit_code(record: Record) -> int:
 
 
 def is_done(record: Record) -> bool:
-    """Whether the answer stands: a lost job, or one whose files were missing, is tried again."""
-    if "error" in record or "unwritten" in record or not record["key"]:
+    """Whether the answer stands: a lost job, or one whose files have changed, is tried again."""
+    if "error" in record or "unwritten" in record or not record["key"] or "files" not in record:
         return False
     meanings = {finding.get("meaning") for finding in record["report"]["findings"]}
-    return not meanings & {WORKER_LOST, OVERDUE}
+    if meanings & {WORKER_LOST, OVERDUE}:
+        return False
+    return all(file_mark(file) == mark for file, mark in record["files"].items())

@@ -24,7 +24,7 @@ from gcodesim.collision.geometry.device import resolve_device
 from gcodesim.errors import UsageError
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
-from gcodesim.nc.lines import read_program
+from gcodesim.nc.lines import file_mark, read_program
 from gcodesim.policy.policy import Policy
 from gcodesim.report.json_report import report_dict
 
@@ -98,7 +98,9 @@ def _answer(job: Job) -> dict[str, Any]:
             result = with_snapshot(result, job.snapshot)
         except OSError as error:  # the answer stands without it
             gap = {"unwritten": str(error)}
-    return {"report": report_dict(result), **gap}
+    # What the program called, or would have called, is known only now.
+    files = {job.program: file_mark(job.program), **result.looked_up}
+    return {"report": report_dict(result), "files": files, **gap}
 
 
 @lru_cache(LOADED)

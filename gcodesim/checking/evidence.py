@@ -17,6 +17,7 @@ from gcodesim.checking.verdict import (
 )
 from gcodesim.collision.bounds.leave_out import still_axes
 from gcodesim.collision.detector import Detection
+from gcodesim.collision.instants.containment import Containment
 from gcodesim.collision.search.clearance import Nearness
 from gcodesim.collision.search.events import Contact
 from gcodesim.collision.search.intervals import Interval
@@ -81,6 +82,8 @@ def contact_finding(contact: Contact, first: FirstContact) -> Finding:
         line=first.line or None,
         time_s=first.time_s,
         pair=first.pair,
+        parts=first.parts,
+        depth=contact.depth,
         tool=first.tool,
     )
 
@@ -110,10 +113,7 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         found.append(Finding("GC421", message, "flute_end_unknown", pair=names, tool=span.tool))
     found += [_in_stock(touch, path) for touch in detection.in_stock]
     found += [_probed(touch, path) for touch in detection.probed]
-    for pair, part in detection.undecided:
-        message = f"{part} is an open mesh: whether it encloses the other body is undecidable"
-        text = (pair.a, pair.b)
-        found.append(Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=text))
+    found += dict.fromkeys(_undecided(pair, item) for pair, item in detection.undecided)
     for pair, near in (entry for span in detection.findings for entry in span.too_near):
         if not _touches_there(detection, pair, near):
             found.append(_too_near(pair, near, path))
@@ -121,6 +121,16 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
         message = "the search ran out of stack: some stretches of time are not decided"
         found.append(Finding("GC901", message, "search_undecided"))
     return found
+
+
+def _undecided(pair: Pair, item: Containment) -> Finding:
+    """Whether a body is inside another is not known: the outer one is an open mesh."""
+    names = (pair.a, pair.b)
+    both = [p if p == n else f"{p} of {n}" for p, n in zip(item.parts, names, strict=True)]
+    outer, inner = both if item.outer_is_a else reversed(both)
+    message = f"{outer} is an open mesh: whether it encloses {inner} is undecidable; close it, or "
+    message += "`shell: true` at the mesh where it has no inside"
+    return Finding("GC501", message, CONTAINMENT_UNDECIDED, pair=names, parts=item.parts)
 
 
 def _in_stock(contact: Contact, path: Path) -> Finding:
@@ -180,6 +190,8 @@ def _too_near(pair: Pair, near: Nearness, path: Path) -> Finding:
         line=_line(path, near.time_ps) or None,
         time_s=near.time_ps / PS_PER_S,
         pair=(pair.a, pair.b),
+        depth=asked + off - (near.distance if near.in_block is None else near.in_block),
+        continues=near.continues,
         severity=pair.severity,
     )
 
@@ -191,22 +203,39 @@ def _apart(distance: float, limit: float) -> str:
 
 
 def all_contact_findings(detection: Detection, path: Path) -> list[Finding]:
-    """A finding for the first contact, and with --stop all one for every other contact."""
+    """A finding for the first contact, and with --stop all one for every block of every contact."""
     first = detection.contact
     if first is None:
         return []
     touches = _intervals(detection)
-    others = [c for i, c in touches if not _begins_with(i, c, first)]
     # A body that is inside another while their surfaces touch is one contact.
     alone = [c for c in detection.contained if not any(_covers(i, t, c) for i, t in touches)]
-    others += [c for c in alone if c is not first]
-    return [contact_finding(c, first_contact(c, path, ())) for c in (first, *others)]
+    own = next((entry for entry in touches if _begins_with(*entry, first)), None)
+    found = [] if own else [contact_finding(first, first_contact(first, path, ()))]
+    for entry in sorted(touches, key=lambda entry: entry is not own):
+        found += _block_findings(entry[0], first if entry is own else entry[1], path)
+    found += [contact_finding(c, first_contact(c, path, ())) for c in alone if c is not first]
+    return found
+
+
+def _block_findings(interval: Interval, contact: Contact, path: Path) -> Iterator[Finding]:
+    """Yield a finding for every block in which a contact lasts, with the depth it has there."""
+    for number, block in enumerate(interval.blocks):
+        if number:
+            contact = replace(contact, appears=False, time_ps=block.start_ps + 1)
+        found = contact_finding(contact, first_contact(contact, path, ()))
+        time_s = block.start_ps / PS_PER_S if number else found.time_s
+        message = found.message.replace(" touches ", " still touches ") if number else found.message
+        yield replace(
+            found, time_s=time_s, message=message, depth=block.depth.deepest, continues=bool(number)
+        )
 
 
 def _begins_with(interval: Interval, contact: Contact, first: Contact) -> bool:
     """Whether an interval is the one whose begin is the first contact."""
     touch = first.triangles is not None or first.between
-    return touch and contact.pair == first.pair and interval.start_ps <= first.time_ps
+    same = (contact.pair, contact.parts) == (first.pair, first.parts)
+    return touch and same and interval.start_ps <= first.time_ps
 
 
 def _covers(interval: Interval, touch: Contact, inside: Contact) -> bool:
@@ -218,12 +247,13 @@ def contacts(detection: Detection) -> tuple[ContactInterval, ...]:
     return tuple(
         ContactInterval(
             (contact.pair.a, contact.pair.b),
+            contact.parts,
             interval.start_ps / PS_PER_S,
             interval.end_ps / PS_PER_S,
-            interval.deepest,
-            interval.deepest_ps / PS_PER_S,
-            interval.between,
-            interval.deeper_by,
+            interval.deepest.deepest,
+            interval.deepest.time_ps / PS_PER_S,
+            interval.between is not None,
+            interval.deepest.within,
         )
         for interval, contact in _intervals(detection)
     )

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
+from gcodesim.checking.open_offsets import open_offsets
 from gcodesim.checking.options import Options
 from gcodesim.checking.replay import Replay
 from gcodesim.checking.variation import varied
@@ -73,8 +74,8 @@ def check_program(
     result = check_once(text, name, machine, options, progress, notice)
     if not any(is_varied(reading.key) for reading in result.coverage.readings):
         return result
-    # Another way of reading only has to show whether it hits something.
-    quick = replace(options, minimum=False, nearest=False, stop_all=False, audit=False)
+    # Another way of reading only has to show whether it hits something, and how deep.
+    quick = replace(options, minimum=False, nearest=False, audit=False)
 
     def again(keys: Mapping[str, str]) -> CheckResult:
         return check_once(text, name, machine.with_readings(**keys), quick)
@@ -101,6 +102,7 @@ def check_once(
     with watch.time("plan"):
         path, findings = plan(meaning.program, machine)
         findings += overtravels(path, machine.joints)
+        findings += open_offsets(meaning, machine)
         off = off_path(meaning.program, path, machine)
     with watch.time("compile"):
         task = _task(path, machine, options, off, progress, notice)
@@ -170,6 +172,7 @@ def _result(
         work=detection.work.as_report,
         timing_s=seconds,
         replay=Replay(machine, path, meaning.lines, meaning.files, task.aims.clearance),
+        looked_up=meaning.looked_up,
     )
 
 

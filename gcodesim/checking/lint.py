@@ -219,7 +219,8 @@ def _containments(
             text = f"{a} is inside, or around, {b} {where}"
             yield Finding("GC502", text, "rest", **place, pair=names, severity=severity)
         else:
-            text = f"{found.outer} is an open mesh: whether {a} encloses {b} {where} is undecidable"
+            outer, inner = (a, b) if found.outer_is_a else (b, a)
+            text = f"{outer} is an open mesh: whether it encloses {inner} {where} is undecidable"
             yield Finding("GC501", text, CONTAINMENT_UNDECIDED, **place, pair=names)
 
 

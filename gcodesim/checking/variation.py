@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from gcodesim.checking.verdict import PASS, CheckResult, ReadingTaken
+from gcodesim.constants import DEPTH_SLACK
 from gcodesim.findings.codes import FAIL, Finding
 from gcodesim.findings.fingerprints import likeness
 from gcodesim.findings.meanings import MEANINGS
@@ -29,18 +30,22 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
     """
     readings, findings = [], list(first.findings)
     changed: dict[str, str] = {}
+    looked_up = dict(first.looked_up)
     for reading in first.coverage.readings:
         if not is_varied(reading.key):
             readings.append(reading)
             continue
         others = {way: again({reading.key: way}) for way in ways_of(reading.key)[1:]}
         changed[reading.key] = next(iter(others))
+        for result in others.values():
+            looked_up |= result.looked_up
         agrees = all(_agrees(first, result) for result in others.values())
         verdict = _verdict(first, others)
         readings.append(replace(reading, varied=True, verdict=verdict, agrees=agrees))
         findings += _differences(first, reading, others)
     if len(changed) > 1:
         result = again(changed)
+        looked_up |= result.looked_up
         line = min(reading.line for reading in readings if reading.varied)
         agrees, verdict = _agrees(first, result), result.verdict
         all_keys = ReadingTaken(TOGETHER, ", ".join(changed), True, line, 1, verdict, agrees)
@@ -48,19 +53,27 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
         if result.verdict != first.verdict and len(findings) == len(first.findings):
             findings.append(_difference(first, all_keys, "the other way", result))
     coverage = replace(first.coverage, readings=tuple(readings))
-    return replace(first, findings=tuple(findings), coverage=coverage)
+    return replace(first, findings=tuple(findings), coverage=coverage, looked_up=looked_up)
 
 
 def _agrees(first: CheckResult, other: CheckResult) -> bool:
     """Tell whether another way gives the same verdict, for nothing that the first has not found.
 
-    What is ignored in the first result is then ignored in the other too.
+    What is ignored in the first result is then ignored in the other too, if it is no deeper there.
     """
-    found, known = (
-        {likeness(finding) for finding in result.findings if finding.effect == FAIL}
-        for result in (other, first)
+    known = _failing(first)
+    return other.verdict == first.verdict and all(
+        key in known and depth <= known[key] + DEPTH_SLACK for key, depth in _failing(other).items()
     )
-    return other.verdict == first.verdict and found <= known
+
+
+def _failing(result: CheckResult) -> dict[str, float]:
+    """Return the likenesses of the findings that make a program fail, with their depths."""
+    depths: dict[str, float] = {}
+    for finding in (f for f in result.findings if f.effect == FAIL):
+        key = likeness(finding)
+        depths[key] = max(depths.get(key, 0.0), finding.depth or 0.0)
+    return depths
 
 
 def _verdict(first: CheckResult, others: Mapping[str, CheckResult]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
@@ -97,14 +97,15 @@ class Coverage:
 
 @dataclass(frozen=True)
 class ContactInterval:
-    """A stretch of program time in which a pair touches (--stop all).
+    """A stretch of program time in which two parts touch (--stop all).
 
     Attributes:
-        deepest_mm, deepest_at_s: of a vertex of one body inside the other, at the instants looked
+        deepest_mm, deepest_at_s: of a point of one body inside the other, at the instants looked
             at; at others it may be deeper by `deeper_by_mm`.
     """
 
     pair: tuple[str, str]
+    parts: tuple[str, str]
     from_s: float
     to_s: float
     deepest_mm: float
@@ -140,7 +141,9 @@ class CheckResult:
     `tolerance_mm` is the distance below which time between samples does not count as free;
     `main_program` names the program of the file, empty for the first;
     `fail_on` is one of LEVELS; `setup` the file it ran with; `pictures` are files
-    that show what was found; `replay` is what they are made of, dropped where they are written.
+    that show what was found; `replay` is what they are made of, dropped where they are written;
+    `looked_up` are the files that the program called, or for which it was looked, each with a mark
+    of its content, "" where there is none.
     """
 
     program: str
@@ -169,6 +172,7 @@ class CheckResult:
     setup: str = ""
     pictures: tuple[str, ...] = ()
     replay: Replay | None = field(default=None, repr=False, compare=False)
+    looked_up: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def title(self) -> str:

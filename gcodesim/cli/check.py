@@ -52,7 +52,10 @@ def _run(plans: Sequence[CheckPlan]) -> int:
     destinations = parse_destinations(run.report)
     checks = list(_checks(plans, _baseline(plans[0])))
     pictures = Pictures(run.snapshot, run.html, run.glb, len(checks) > 1)
-    outputs = [*pictures.files([each.picture for each in checks]), *report_files(destinations)]
+    outputs = [
+        *pictures.files([each.picture for each in checks]),
+        *report_files(destinations, run.format),
+    ]
     claim(outputs, (file for plan in plans for file in plan.inputs))
     results, failures = _check_all(checks, run, pictures)
     write_reports(RunOutcome(tuple(results), tuple(failures)), run.format, destinations)

@@ -51,12 +51,13 @@ def writing(asked: str) -> Iterator[None]:
 
 
 def model_files(machine: str, setup: str | None, tools: str | None = None) -> Iterator[Input]:
-    """Yield what a machine, its setup and its tools are read from; nothing where that is wrong."""
+    """Yield what a machine, its setup and its tools are read from, as far as that can be told."""
     from gcodesim.machine.files import files_of
 
+    what = "a file of machine, setup or tools"
+    yield from ((file, what) for file in (machine, setup, tools) if file and Path(file).exists())
     with suppress(UsageError, OSError):  # the error is reported where the files are used
-        for file in files_of(machine, setup, tools):
-            yield str(file), "a file of machine, setup or tools"
+        yield from ((str(file), what) for file in files_of(machine, setup, tools))
 
 
 def _identity(path: str) -> object:

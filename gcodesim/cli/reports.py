@@ -56,9 +56,17 @@ def parse_destinations(texts: Sequence[str]) -> list[Destination]:
     return list(wanted.values())
 
 
-def report_files(destinations: Sequence[Destination]) -> list[Output]:
-    """The files among the destinations."""
-    return [(place.asked, place.path) for place in destinations if place.path != STDOUT]
+def report_files(destinations: Sequence[Destination], on_stdout: str = "") -> list[Output]:
+    """The files among the destinations, and the step summary where GitHub asks for it."""
+    files = [(place.asked, place.path) for place in destinations if place.path != STDOUT]
+    summary = _summary_file(destinations, on_stdout)
+    return [*files, *([(f"GITHUB_STEP_SUMMARY {summary}", summary)] if summary else [])]
+
+
+def _summary_file(destinations: Sequence[Destination], on_stdout: str) -> str:
+    """The file of the step summary; "" where none is written."""
+    asked = "github" in (on_stdout, *(place.format for place in destinations))
+    return os.environ.get("GITHUB_STEP_SUMMARY", "") if asked else ""
 
 
 def print_text(result: CheckResult, no_color: bool) -> None:
@@ -89,8 +97,7 @@ def write_reports(run: RunOutcome, on_stdout: str, destinations: Sequence[Destin
         else:
             with writing(destination.asked):
                 _write(destination.path, text, "w")
-    summary = os.environ.get("GITHUB_STEP_SUMMARY")
-    if summary and "github" in (on_stdout, *(d.format for d in destinations)):
+    if summary := _summary_file(destinations, on_stdout):
         from gcodesim.report.github import summary as summed_up
 
         with writing(f"GITHUB_STEP_SUMMARY {summary}"):

@@ -24,7 +24,7 @@ from gcodesim.collision.forbidden import Touches, TouchOrder, forbidden_touches
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
-from gcodesim.collision.instants.containment import find_containments
+from gcodesim.collision.instants.containment import Containment, find_containments
 from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import depths, lasting, search_kernel
 from gcodesim.collision.search.events import Contact, SpanContext
@@ -49,7 +49,7 @@ class Detection:
         spans: stretches of program time looked at, each with its tool.
         missing: stretches of time in which the tool has no shape.
         contained: with --stop all, bodies inside another where they appear.
-        undecided: open parts for which containment cannot be decided, with their pair.
+        undecided: containments that an open mesh leaves open, with their pair.
         findings: what the search found per span besides the first contact.
         in_stock: the first touch of the raw part by tool parts, per pair: it keeps its shape here.
         endless: pairs of a tool whose flute ends nobody knows where, with the span it cuts in.
@@ -65,7 +65,7 @@ class Detection:
     spans: list[Span] = field(default_factory=list)
     missing: list[Span] = field(default_factory=list)
     contained: list[Contact] = field(default_factory=list)
-    undecided: list[tuple[Pair, str]] = field(default_factory=list)
+    undecided: list[tuple[Pair, Containment]] = field(default_factory=list)
     findings: list[SpanFindings] = field(default_factory=list)
     in_stock: list[Contact] = field(default_factory=list)
     endless: dict[Pair, Span] = field(default_factory=dict)
@@ -175,7 +175,9 @@ def detect(task: Task) -> Detection:
         else:
             contact = _sample(task, context, arrays, detection)
         inside = _contain(context, detection)
-        detection.contained += inside if task.aims.stop_all else []
+        if task.aims.stop_all:
+            inside = [context.with_depth(contact, arrays) for contact in inside]
+            detection.contained += inside
         found = [c for c in (*inside, contact, early, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
         if detection.contact and not task.aims.stop_all:
@@ -343,7 +345,7 @@ class _Forbidden:
             task.aims.threads,
         )
         found = forbidden_touches(context, self.arrays, wanted, order, detection.work)
-        detection.undecided += [(pair, item.outer) for item in found.undecided]
+        detection.undecided += [(pair, item) for item in found.undecided]
         if found.overflows:
             detection.findings.append(SpanFindings(overflows=found.overflows))
         return found
@@ -413,5 +415,5 @@ def _contain(context: SpanContext, detection: Detection) -> list[Contact]:
     scene = context.scene
     relative = [np.linalg.inv(world[a]) @ world[b] for a, b in scene.links]
     found = find_containments(scene, relative)
-    detection.undecided += [(scene.pairs[c.pair], c.outer) for c in found if not c.decided]
+    detection.undecided += [(scene.pairs[c.pair], c) for c in found if not c.decided]
     return [context.containment(c) for c in found if c.decided]

@@ -205,7 +205,7 @@ class _Looker:
                     if which is None:
                         continue
                     names, roles = (p.name, q.name), (p.role, q.role)
-                    item = Containment(pair, names, roles, outer.name, outer.closed)
+                    item = Containment(pair, names, roles, outer is p, outer.closed)
                     if not outer.closed:
                         found.undecided.append(item)
                         continue
@@ -218,9 +218,9 @@ class _Looker:
         sample = sample_of(time_ps, context.period_ps)
         appears = time_ps <= context.span.start_ps
         found = context.containment(item)
-        if appears:
-            return found
-        return replace(found, sample=sample, time_ps=time_ps, appears=False)
+        if not appears:
+            found = replace(found, sample=sample, time_ps=time_ps, appears=False)
+        return context.with_depth(found, self.arrays) if self.order.stop_all else found
 
 
 def _first_within(inner: Part, outer: Part, moves: NDArray[np.float64]) -> int | None:
@@ -228,6 +228,8 @@ def _first_within(inner: Part, outer: Part, moves: NDArray[np.float64]) -> int |
 
     Where the outer part is open: at which it may.
     """
+    if outer.shell:
+        return None
     low, high = outer.triangles.min(axis=(0, 1)), outer.triangles.max(axis=(0, 1))
     points = shell_vertices(inner.triangles)
     posed = np.einsum("mij,sj->msi", moves[:, :3, :3], points) + moves[:, None, :3, 3]

@@ -58,7 +58,7 @@ CODES: dict[str, Code] = {
     "GC432": Code("unit of lengths that the program leaves out", "warning", NOTED),
     "GC501": Code("open mesh: containment cannot be decided", "warning", NOTED),
     "GC502": Code("links touch at rest", "warning", NOTED),
-    "GC503": Code("suspicious unit of a mesh", "warning", NOTED),
+    "GC503": Code("suspicious unit of a mesh", "warning", INCONCLUSIVE),
     "GC504": Code("faulty mesh", "warning", NOTED),
     "GC601": Code("ignored in a way that does not count", "error", FAIL),
     "GC602": Code("nothing left to ignore", "note", NOTED),
@@ -97,6 +97,10 @@ class Finding:
         block: text of the block, without its line end.
         time_s: program time of the event [s].
         pair: names of the two bodies.
+        parts: names of their parts that touch.
+        depth: how much of it there is: depth of a contact, what is missing of a clearance, how far
+            a joint is beyond its travel [mm, deg]; None where that is not known.
+        continues: it goes on from the finding before it: a contact that lasts into another block.
         tool: number of the tool in the spindle.
         severity: overrides the severity of the code ("error" turns a noted code into FAIL).
         ignored: why it does not count (gcodesim.policy); None: it counts.
@@ -111,6 +115,9 @@ class Finding:
     block: str = ""
     time_s: float | None = None
     pair: tuple[str, str] | None = None
+    parts: tuple[str, str] | None = None
+    depth: float | None = None
+    continues: bool = False
     tool: int | None = None
     severity: str = ""
     ignored: Ignored | None = None

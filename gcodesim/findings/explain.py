@@ -57,7 +57,7 @@ ADVICE: dict[str, str] = {
     "GC432": "Write G20 or G21 at the beginning: a control keeps the unit of the program before.",
     "GC501": "Close the mesh: an open one has no inside, so bodies wholly inside it are not seen.",
     "GC502": "Correct the meshes or the joint, or allow the pair with a reason.",
-    "GC503": "Set `units:` of the machine file: the mesh is far larger or smaller than the travel.",
+    "GC503": "Write `units:` at the mesh: only in another unit does it suit travel, link and tool.",
     "GC504": "Repair the mesh; triangles without area are checked as lines.",
     "GC601": "Give a reason, or correct the comment: (gcodesim: ignore GC201 reason=why). What was "
     "not checked, and the end of a refused program, cannot be ignored.",

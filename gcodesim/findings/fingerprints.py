@@ -28,4 +28,6 @@ def fingerprint(key: str, before: int) -> str:
 def likeness(finding: Finding) -> str:
     """What is kept by an edit elsewhere: no line numbers, no floats."""
     pair = "-".join(finding.pair or ())
+    # Bodies of one part without a name of its own are told apart by their names alone.
+    pair += "" if finding.parts in (None, finding.pair) else f" {'-'.join(finding.parts)}"
     return "\x1f".join([finding.file, finding.code, pair, str(finding.tool), finding.block.strip()])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,9 @@ from gcodesim.machine import shapes
 from gcodesim.machine.files import inside
 from gcodesim.machine.kinematics import rotation
 from gcodesim.machine.mesh import read_mesh
+from gcodesim.machine.mesh_units import MeshRead
 from gcodesim.machine.model import Joint, Part
-from gcodesim.machine.schema import BodySpec, PlacementSpec, ShapeSpec
+from gcodesim.machine.schema import BodySpec, MeshSpec, PlacementSpec, ShapeSpec
 from gcodesim.machine.tree import unit_vector
 from gcodesim.machine.yaml_lines import YamlFile
 
@@ -35,17 +36,17 @@ class PartReader:
 
     Attributes:
         source: the file; mesh paths are relative to its folder.
-        unit: unit of its mesh files.
+        unit: unit of its mesh files that state none.
         allow_outside: meshes may lie outside that folder.
-        travel: longest linear travel [mm] for the test of the unit, 0 for no test.
         findings: what the meshes had to say so far.
+        read: the mesh files whose unit nobody stated.
     """
 
     source: YamlFile
     unit: str
     allow_outside: bool = False
-    travel: float = 0.0
     findings: list[Finding] = field(default_factory=list)
+    read: list[MeshRead] = field(default_factory=list)
 
     def parts(self, body: BodySpec, name: str, role: str, *key: str | int) -> tuple[Part, ...]:
         """Parts of a body at a key of the file; a single shape is named as its body."""
@@ -59,19 +60,25 @@ class PartReader:
     def part(self, shape: ShapeSpec, name: str, role: str, *key: str | int) -> Part:
         """One shape, placed."""
         if shape.mesh is not None:
-            part = self.mesh(shape.mesh, name, role, *key, "mesh")
-        else:
-            part = self._primitive(shape, name, role, *key)
+            return self.mesh(shape, name, role, *key)
+        part = self._primitive(shape, name, role, *key)
         if shape.placement is None:
             return part
-        triangles = _placed(part.triangles, shape.placement)
-        return Part(name, triangles, part.closed, role, part.source)
+        return replace(part, triangles=_placed(part.triangles, shape.placement))
 
-    def mesh(self, file: str, name: str, role: str, *key: str | int) -> Part:
-        """A mesh file, with its findings noted."""
-        mesh = read_mesh(self._mesh_path(file, *key), self.unit, self.travel)
+    def mesh(self, shape: MeshSpec, name: str, role: str, *key: str | int) -> Part:
+        """A mesh file, placed, with its findings noted."""
+        assert shape.mesh is not None
+        path, shell = self._mesh_path(shape.mesh, *key, "mesh"), bool(shape.shell)
+        mesh = read_mesh(path, shape.units or self.unit, shell=shell)
         self.findings += [f for f in mesh.findings if f not in self.findings]
-        return Part(name, mesh.triangles, mesh.closed, role, file)
+        triangles = mesh.triangles
+        if isinstance(shape, ShapeSpec) and shape.placement is not None:
+            triangles = _placed(triangles, shape.placement)
+        part = Part(name, triangles, mesh.closed, role, shape.mesh, shell)
+        if shape.units is None:
+            self.read.append(MeshRead(part, path, self.unit))
+        return part
 
     def _mesh_path(self, file: str, *key: str | int) -> Path:
         path = inside(self.source, file, self.allow_outside, *key)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from gcodesim.errors import UsageError
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
@@ -88,7 +91,21 @@ def _meshes(file: Path) -> Iterator[Path]:
         value = pending.pop()
         if isinstance(value, dict):
             if isinstance(value.get("mesh"), str):
-                yield file.parent / value["mesh"]
+                mesh = file.parent / value["mesh"]
+                yield from (mesh, *_buffers(mesh))
             pending += value.values()
         elif isinstance(value, list):
             pending += value
+
+
+def _buffers(mesh: Path) -> Iterator[Path]:
+    """Yield the files beside a glTF mesh that hold its points."""
+    if mesh.suffix.lower() != ".gltf":
+        return
+    with suppress(OSError, ValueError, AttributeError):  # what is wrong is told by its reader
+        buffers = json.loads(mesh.read_bytes()).get("buffers", [])
+        names = [buffer.get("uri") for buffer in buffers]
+        texts = [name for name in names if isinstance(name, str) and not name.startswith("data:")]
+        for name in dict.fromkeys([*texts, *map(unquote, texts)]):
+            if (mesh.parent / name).is_file():
+                yield mesh.parent / name

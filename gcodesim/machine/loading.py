@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from gcodesim.machine.bodies import PartReader, longest_travel
 from gcodesim.machine.files import find_machine, inside
+from gcodesim.machine.mesh_units import unit_findings
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, ZeroPoint
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
@@ -20,6 +21,9 @@ from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
 from gcodesim.nc.control.readings import STANDS_FOR, choose_readings
 
 TOOL_PARTS = ("flute", "shank", "holder")
+
+CALL_LETTERS = "GMNOPL"
+"""Letters of codes, and of what calls run and how often."""
 
 
 def load_machine(
@@ -44,13 +48,13 @@ def load_machine(
     given = file.control.model_dump(exclude_none=True)
     _find_programs(given, source, allow_outside)
     _check_tool_change(given.get("tool_change"), joints, source)
-    travel = longest_travel(joints)
-    reader = PartReader(source, file.units, allow_outside, travel)
+    _check_ignored_words(given.get("ignore_words", ()), joints, source)
+    reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
     mount = _tool_mount(file, own, reader)
     job = read_setup(setup)
     _check_machine(job, source.path)
-    job_reader = PartReader(job.source, job.file.units, allow_outside, travel)
+    job_reader = PartReader(job.source, job.file.units, allow_outside)
     clamped = job.bodies(links, [*links, *([mount.name] if mount else [])], job_reader)
     tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
@@ -58,20 +62,27 @@ def load_machine(
     members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
     members += [_tool_member(mount, table)] if mount else []
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
+    bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
+    units = unit_findings(
+        [*reader.read, *job_reader.read],
+        list(bodies.values()),
+        mount.mounted if mount else (),
+        longest_travel(joints),
+    )
     return Machine(
         name=file.name,
         path=str(source.path),
         verified=file.verified,
         links=links,
         joints=joints,
-        bodies={**own, **{name: body for name, (body, _) in clamped.items()}},
+        bodies=bodies,
         pairs=chosen.pairs,
         cutting=chosen.cutting,
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=chosen.unchecked_by_rule,
-        findings=(*reader.findings, *job_reader.findings),
+        unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
+        findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
@@ -82,6 +93,16 @@ def load_machine(
     )
 
 
+def _shells(bodies: Iterable[Body], mount: ToolMount | None) -> Iterator[str]:
+    """Yield a line for every part that has no inside."""
+    named = [(body.name, part) for body in bodies for part in body.parts]
+    named += [(mount.name, part) for part in mount.mounted] if mount else []
+    for body, part in named:
+        if part.shell:
+            name = body if part.name == body else f"{body}.{part.name}"
+            yield f"{name}: a shell, of which only the surface is checked"
+
+
 def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
     """Every joint gives the limits that the chosen `time` keeps."""
     needed = {"acceleration": ("max_acceleration",), "jerk": ("max_acceleration", "max_jerk")}
@@ -90,6 +111,17 @@ def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
             if getattr(spec, key) is None:
                 text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
                 raise source.error(text, "joints", name)
+
+
+def _check_ignored_words(letters: Iterable[str], joints: Sequence[Joint], source: YamlFile) -> None:
+    """A word that moves an axis, or that a call needs, is never left out."""
+    for letter in letters:
+        if letter in {joint.name for joint in joints}:
+            text = f"{letter} is an axis of this machine: its words move it"
+            raise source.error(text, "control", "ignore_words")
+        if letter in CALL_LETTERS:
+            text = f"{letter} says what is run: it belongs to every call or block"
+            raise source.error(text, "control", "ignore_words")
 
 
 def _check_machine(job: Setup, machine: Path) -> None:
@@ -177,7 +209,14 @@ def _positions(
     if work is not None and work.link not in file.links:
         text = f"unknown link {work.link!r}; {suggest(work.link, file.links)}"
         raise source.error(text, "work", "link")
-    offsets = {**(work.offsets if work else {}), **job.file.offsets}
+    given = work.offsets if work else {}
+    offsets = {
+        # A setup replaces the axes it names, and leaves the others as the machine file has them.
+        name: given[name].model_copy(update=spec.model_dump(exclude_unset=True))
+        if name in given
+        else spec
+        for name, spec in {**given, **job.file.offsets}.items()
+    }
     for code, position in file.reference.items():
         _check_axes(position, joints, source, "reference", code)
     return {

@@ -1,4 +1,4 @@
-"""Reads mesh files and judges them: closed, turned outwards, in a believable unit.
+"""Reads mesh files and judges them: whole, closed, turned outwards.
 
 Binary STL, the usual case, is read with NumPy: trimesh takes a quarter of a second to import.
 """
@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.constants import LARGEST_NUMBER, THIN_TRIANGLE, UNIT_RATIO
+from gcodesim.constants import LARGEST_NUMBER, THIN_TRIANGLE
 from gcodesim.errors import ModelError
 from gcodesim.findings.codes import Finding
+from gcodesim.machine.mesh_counts import refuse_unreadable
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,7 @@ class Mesh:
     Attributes:
         triangles: (n, 3, 3) float64 [mm] in file order, outward oriented when closed.
         closed: every edge joins exactly two triangles that face the same way.
-        findings: GC501, GC503, GC504.
+        findings: GC501, GC504.
     """
 
     triangles: Array
@@ -39,13 +40,13 @@ class Mesh:
     findings: tuple[Finding, ...]
 
 
-def read_mesh(path: Path, unit: str = "mm", travel: float = 0.0) -> Mesh:
-    """Read a mesh file; ModelError when it is missing, unreadable, empty or not finite.
+def read_mesh(path: Path, unit: str = "mm", *, shell: bool = False) -> Mesh:
+    """Read a mesh file; ModelError when it is missing, cut off, unreadable, empty or not finite.
 
     Args:
         path: the file; its suffix names the format.
         unit: mm | inch | m.
-        travel: longest linear travel of the machine [mm] for the test of the unit; 0: no test.
+        shell: it is meant as a surface without an inside, so that it may be open.
     """
     drawn = _read_triangles(path)
     if not len(drawn):
@@ -58,30 +59,68 @@ def read_mesh(path: Path, unit: str = "mm", travel: float = 0.0) -> Mesh:
             f"finite number below {LARGEST_NUMBER:g} mm: export the mesh again",
             str(path),
         )
+    if not np.ptp(drawn.reshape(-1, 3), axis=0).any():
+        text = f"all corners of its {len(drawn)} triangles are one point: export the mesh again"
+        raise ModelError(text, str(path))
     corners = merge_corners(drawn)
     open_edges = open_edge_count(corners)
-    findings = [_open_finding(path, open_edges), *_repeated(path, corners)] if open_edges else []
+    findings = [] if shell or not open_edges else [_open_finding(path, open_edges)]
+    findings += _repeated(path, corners) if open_edges else []
     if not open_edges and signed_volume(triangles) < 0.0:
         triangles = triangles[:, [0, 2, 1]]
         text = "all triangles face inwards; they were turned round for the check"
         findings.append(Finding("GC504", text, meaning="mesh_inward", file=str(path)))
     findings += _degenerate_findings(path, triangles, corners)
-    findings += _unit_findings(path, triangles, unit, travel)
     return Mesh(triangles, open_edges == 0, tuple(findings))
 
 
 def _read_triangles(path: Path) -> Array:
     """Triangles as drawn, (n, 3, 3) in the unit of the file."""
     try:
-        content = path.read_bytes() if path.suffix.lower() == ".stl" else b""
+        if path.suffix.lower() == ".stl":
+            return _read_stl(path, path.read_bytes())
         path.open("rb").close()
+        refuse_unreadable(path)
     except OSError as error:
         raise ModelError(f"the mesh cannot be read: {error.strerror}", str(path)) from error
+    return _read_with_trimesh(path)
+
+
+def _read_stl(path: Path, content: bytes) -> Array:
+    """Triangles of an STL file, binary or as text; its normals are left to others."""
     count = int.from_bytes(content[80:_STL_HEADER], "little")
-    if len(content) >= _STL_HEADER and len(content) == _STL_HEADER + count * _STL.itemsize:
+    held, rest = divmod(len(content) - _STL_HEADER, _STL.itemsize)
+    if len(content) >= _STL_HEADER and (held, rest) == (count, 0):
         table = np.frombuffer(content, dtype=_STL, offset=_STL_HEADER)
         return table["corners"].astype(np.float64)
-    return _read_with_trimesh(path)
+    words = content.split() if content.lstrip()[:5].lower() == b"solid" else []
+    if b"facet" in words or b"endsolid" in words:
+        return _stl_text(path, words)
+    if len(content) < _STL_HEADER:
+        text = f"an STL file has {_STL_HEADER} bytes before its triangles, and this has only"
+        raise ModelError(f"{text} {len(content)}: it is cut off or damaged", str(path))
+    more = f" and {rest} bytes" if rest else ""
+    raise ModelError(
+        f"the file announces {count} triangles and holds {held}{more}: it is cut off or damaged",
+        str(path),
+    )
+
+
+def _stl_text(path: Path, words: list[bytes]) -> Array:
+    """Triangles of an STL file that is text."""
+    begun, ended = words.count(b"facet"), words.count(b"endfacet")
+    corners = [i for i, word in enumerate(words) if word == b"vertex"]
+    if ended < begun or len(corners) != 3 * begun or b"endsolid" not in words:
+        raise ModelError(
+            f"the file begins {begun} triangles and holds {min(ended, len(corners) // 3)} up to "
+            "its end, where `endsolid` belongs: it is cut off or damaged",
+            str(path),
+        )
+    try:
+        numbers = [float(word) for i in corners for word in words[i + 1 : i + 4]]
+        return np.array(numbers).reshape(-1, 3, 3)
+    except ValueError as error:
+        raise ModelError(f"cannot be read as a mesh: {error}", str(path)) from error
 
 
 def _read_with_trimesh(path: Path) -> Array:
@@ -94,6 +133,9 @@ def _read_with_trimesh(path: Path) -> Array:
             mesh = trimesh.load_mesh(path, process=False)
         corners = np.asarray(mesh.vertices, dtype=np.float64)
         return corners[np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)]
+    except ImportError as error:
+        text = "there is no reader for it here: export the mesh as binary STL"
+        raise ModelError(text, str(path)) from error
     except Exception as error:  # its readers raise whatever the format's parser met
         reason = " ".join(str(error).split()) or type(error).__name__
         raise ModelError(f"cannot be read as a mesh: {reason}", str(path)) from error
@@ -158,22 +200,3 @@ def _degenerate_findings(path: Path, triangles: Array, corners: NDArray[np.int64
         return []
     text = f"{count} of {len(triangles)} triangles have no area; they are checked as lines"
     return [Finding("GC504", text, meaning="mesh_degenerate", file=str(path), severity="note")]
-
-
-def _unit_findings(path: Path, triangles: Array, unit: str, travel: float) -> list[Finding]:
-    """GC503 when the mesh is far smaller or larger than the machine's travel."""
-    points = triangles.reshape(-1, 3)
-    size = float(np.max(np.ptp(points, axis=0)))
-    if travel == 0.0 or travel / UNIT_RATIO <= size <= travel * UNIT_RATIO:
-        return []
-    drawn = size / MM_PER_UNIT[unit]
-    ratios = {u: abs(np.log(max(drawn, 1e-300) * mm / travel)) for u, mm in MM_PER_UNIT.items()}
-    best = min(ratios, key=lambda u: ratios[u])
-    fits = ratios[best] <= np.log(UNIT_RATIO)
-    advice = f"`units: {best}` would make it {drawn * MM_PER_UNIT[best]:.4g} mm" if fits else (
-        "no unit known here (mm, inch, m) would fit"
-    )  # fmt: skip
-    text = (
-        f"read in {unit}, the mesh is {size:.4g} mm long beside {travel:.4g} mm of travel; {advice}"
-    )
-    return [Finding("GC503", text, meaning="mesh_unit", file=str(path))]

@@ -69,6 +69,7 @@ class Part:
         closed: the mesh is watertight, so inside and outside are defined.
         role: machine | flute | shank | holder | fixture | part | stock.
         source: file or primitive it was made from.
+        shell: only its surface is checked: nothing can be inside.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Part:
     closed: bool = True
     role: str = "machine"
     source: str = ""
+    shell: bool = False
 
 
 @dataclass(frozen=True)

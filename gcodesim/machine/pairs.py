@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -13,6 +13,9 @@ from gcodesim.machine.yaml_lines import YamlFile, suggest
 
 LINK, TOOL = "link", "tool"
 CUT = ("part", "stock")
+
+Side = tuple[str, tuple[str, ...] | None]
+"""A body, and the parts of it that are meant; None: all."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +81,9 @@ def choose_pairs(
         of_setup = [p for p in default if {bodies[p.a].role, bodies[p.b].role} - {LINK, TOOL}]
         written = _named_pairs(named, bodies, source)
         pairs = written + [p for p in of_setup if not _is_in(p, written)]
-    excused = [_excused(spec, bodies, i, source) for i, spec in enumerate(allowed)]
-    pairs = [pair for pair in pairs if {pair.a, pair.b} not in excused]
+    for i, spec in enumerate(allowed):
+        first, second = (_side(name, bodies, "allow", i, source) for name in spec.links)
+        pairs = [rest for pair in pairs for rest in _without(pair, first, second, bodies)]
     kept, lines = [], []
     for pair in pairs:
         rest, line = _by_rule(pair, bodies)
@@ -133,7 +137,9 @@ def _named_pairs(
     pairs: list[Pair] = []
     seen: dict[frozenset[str], int] = {}
     for i, spec in enumerate(named):
-        (a, parts_a), (b, parts_b) = (_side(name, bodies, i, source) for name in spec.links)
+        (a, parts_a), (b, parts_b) = (
+            _side(name, bodies, "pairs", i, source) for name in spec.links
+        )
         if a == b:
             raise source.error(f"{a} is paired with itself: name two bodies", "pairs", i)
         first = seen.setdefault(frozenset(spec.links), i)
@@ -144,28 +150,33 @@ def _named_pairs(
     return pairs
 
 
-def _side(
-    name: str, bodies: Mapping[str, Member], index: int, source: YamlFile
-) -> tuple[str, tuple[str, ...] | None]:
-    """Body and parts that one side of a named pair means: `C` or `C.table`."""
+def _side(name: str, bodies: Mapping[str, Member], key: str, index: int, source: YamlFile) -> Side:
+    """Body and parts that one side of a pair of the file means: `C` or `C.table`."""
     body, _, part = name.partition(".")
     if body not in bodies:
         text = f"no body named {body!r} has a shape; {suggest(body, bodies)}"
-        raise source.error(text, "pairs", index)
+        raise source.error(text, key, index)
     if part and part not in bodies[body].parts:
         text = f"{body} has no part {part!r}; {suggest(part, bodies[body].parts)}"
-        raise source.error(text, "pairs", index)
+        raise source.error(text, key, index)
     return body, (part,) if part else None
 
 
-def _excused(
-    spec: AllowedSpec, bodies: Mapping[str, Member], index: int, source: YamlFile
-) -> set[str]:
-    for name in spec.links:
-        if name not in bodies:
-            text = f"no body named {name!r} has a shape; {suggest(name, bodies)}"
-            raise source.error(text, "allow", index)
-    return set(spec.links)
+def _without(pair: Pair, first: Side, second: Side, bodies: Mapping[str, Member]) -> Iterator[Pair]:
+    """Yield what is left of a pair without some parts of the one body against some of the other."""
+    if {pair.a, pair.b} != {first[0], second[0]}:
+        yield pair
+        return
+    (_, gone_a), (_, gone_b) = (first, second) if pair.a == first[0] else (second, first)
+    # A tool may get any of its parts later; all of a body that has none is allowed at once.
+    all_a, all_b = pair.parts_a or bodies[pair.a].parts, pair.parts_b or bodies[pair.b].parts
+    kept_a = tuple(part for part in all_a if gone_a and part not in gone_a)
+    kept_b = tuple(part for part in all_b if gone_b and part not in gone_b)
+    if kept_a:
+        yield replace(pair, parts_a=kept_a)
+    if kept_b:
+        rest = tuple(part for part in all_a if part not in kept_a)
+        yield replace(pair, parts_a=rest if gone_a else pair.parts_a, parts_b=kept_b)
 
 
 def _by_rule(pair: Pair, bodies: Mapping[str, Member]) -> tuple[Pair | None, str]:

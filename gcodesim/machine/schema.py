@@ -78,10 +78,32 @@ class ExtrudeSpec(Section):
 SHAPE_KEYS = ("mesh", "box", "cylinder", "cone", "revolve", "extrude")
 
 
-class ShapeSpec(Section):
-    """One closed shape: a mesh file or a primitive."""
+class MeshSpec(Section):
+    """A mesh file, its unit, and whether it has an inside."""
 
     mesh: FileName | None = Field(default=None, description="mesh file, relative to this file")
+    units: Literal["mm", "inch", "m"] | None = Field(
+        default=None, description="of the mesh file; left out: `units` of the machine file"
+    )
+    shell: bool | None = Field(
+        default=None,
+        strict=True,
+        description="only the surface of the mesh is checked, it has no inside: an open mesh that "
+        "is meant so",
+    )
+
+    @model_validator(mode="after")
+    def _of_a_mesh(self) -> MeshSpec:
+        given = [key for key in ("units", "shell") if getattr(self, key) is not None]
+        if given and self.mesh is None:
+            text = "{key} belongs to `mesh`: other shapes are in mm and closed"
+            raise PydanticCustomError("shape", text, {"key": f"`{given[0]}`"})
+        return self
+
+
+class ShapeSpec(MeshSpec):
+    """One closed shape: a mesh file or a primitive."""
+
     box: BoxSpec | None = None
     cylinder: CylinderSpec | None = None
     cone: ConeSpec | None = None
@@ -279,7 +301,9 @@ def _allow_short_pair(schema: dict[str, Any]) -> None:
 class AllowedSpec(Section):
     """A pair that may touch."""
 
-    links: tuple[Name, Name] = Field(description="the two bodies")
+    links: tuple[PartName, PartName] = Field(
+        description="the two bodies, or parts of them: `C.table`"
+    )
     reason: Annotated[str, Field(min_length=1)] = Field(description="why, for the report")
 
 
@@ -334,7 +358,7 @@ class MachineFile(Section):
     )
 
 
-class TurnedSpec(Section):
+class TurnedSpec(MeshSpec):
     """A turned part of a tool: points `[r, z]`, or a mesh."""
 
     profile: ProfilePoints | None = Field(
@@ -356,7 +380,7 @@ class TurnedSpec(Section):
         return self
 
 
-class FluteSpec(Section):
+class FluteSpec(MeshSpec):
     """The cutting part of a tool, from the tip upwards, or a mesh of it."""
 
     diameter: Positive | None = Field(

@@ -61,7 +61,7 @@ def _flute(flute: FluteSpec, length: float, reader: PartReader, index: int) -> P
     """The cutting part, its tip at (0, 0, -length)."""
     key = ("tools", index, "flute")
     if flute.mesh is not None:
-        return reader.mesh(flute.mesh, "flute", "flute", *key, "mesh")
+        return reader.mesh(flute, "flute", "flute", *key)
     diameter, height = flute.diameter or 0.0, flute.length or 0.0  # the schema requires both
     try:
         profile = shapes.cutter_profile(diameter, height, flute.corner_radius, flute.taper)
@@ -75,7 +75,7 @@ def _turned(turned: TurnedSpec, role: str, reader: PartReader, index: int) -> Pa
     """A shank or holder; the file measures z from the gauge face towards the tip."""
     key = ("tools", index, role)
     if turned.mesh is not None:
-        return reader.mesh(turned.mesh, role, role, *key, "mesh")
+        return reader.mesh(turned, role, role, *key)
     try:
         triangles = shapes.revolve([(r, -z) for r, z in turned.profile or []])
     except ValueError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,12 +34,13 @@ NEWTON_STEPS_TO_EXTREME = 4
 
 
 def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
-    """One finding per joint and excursion (GC301 linear, GC302 rotary), in the order of time.
+    """Findings per joint and excursion (GC301 linear, GC302 rotary), in the order of time.
 
-    An excursion is a run of consecutive pieces that exceed the same limit; its time is the first
-    crossing, its value the farthest position. The tolerance is TRAVEL_SLACK.
+    An excursion is a run of consecutive pieces that exceed the same limit; it has a finding for
+    each block. Its time is the first crossing, its value the farthest position there. The tolerance
+    is TRAVEL_SLACK.
     """
-    found = []
+    found: list[list[Finding]] = []
     for column, joint in enumerate(joints):
         if not len(path) or not np.isfinite([joint.lower, joint.upper]).any():
             continue
@@ -48,10 +50,38 @@ def overtravels(path: Path, joints: tuple[Joint, ...]) -> list[Finding]:
             (joint.lower - low, joint.lower, -1.0),
         ):
             for run in _runs(beyond > TRAVEL_SLACK):
-                worst = run[np.argmax(beyond[run])]
-                value = limit + sign * float(beyond[worst])
-                found.append(_finding(path, joint, column, run, limit, sign, value))
-    return sorted(found, key=lambda finding: (finding.time_s or 0.0, finding.message))
+                found.append(_excursion(path, joint, column, run, (limit, sign), beyond))
+    found.sort(key=lambda blocks: (blocks[0].time_s or 0.0, blocks[0].message))
+    return [finding for blocks in found for finding in blocks]
+
+
+def _excursion(
+    path: Path,
+    joint: Joint,
+    column: int,
+    run: NDArray[np.intp],
+    side: tuple[float, float],
+    beyond: NDArray[np.float64],
+) -> list[Finding]:
+    """The findings of one excursion, one per block.
+
+    Args:
+        path: the path.
+        joint: what leaves its travel.
+        column: of the joint.
+        run: its pieces.
+        side: the limit, and 1 for the upper, -1 for the lower one.
+        beyond: per piece of the path, how far beyond the limit.
+    """
+    limit, sign = side
+    found: list[Finding] = []
+    for block in np.split(run, np.flatnonzero(np.diff(path.line[run])) + 1):
+        # The first one tells of all of them.
+        told, depth = (block if found else run), float(beyond[block].max())
+        value = limit + sign * float(beyond[told].max())
+        finding = _finding(path, joint, column, told, limit, sign, value)
+        found.append(replace(finding, depth=depth, continues=bool(found)))
+    return found
 
 
 def position_ranges(path: Path, column: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

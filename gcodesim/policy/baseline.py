@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from math import inf
 from pathlib import Path, PurePath
 from typing import Any
 
 from gcodesim.checking.verdict import CheckResult
+from gcodesim.constants import DEPTH_SLACK
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FORMER_CODES, Finding
 from gcodesim.findings.fingerprints import fingerprints
 
-SCHEMA = "gcodesim.baseline/1"
+SCHEMA = "gcodesim.baseline/2"
+FORMER_SCHEMA = "gcodesim.baseline/1"
+"""Without depths and parts."""
+
 Key = tuple[str, str, str, str]
 
 
@@ -28,6 +33,7 @@ class Entry:
         machine: name of the machine.
         fingerprint: of the finding; it survives edits elsewhere in the program.
         code, message: what was found when the entry was made, for people.
+        depth: how deep it was then (Finding.depth); None where that was not known.
         reason: why it is accepted; a contact needs one.
     """
 
@@ -37,7 +43,13 @@ class Entry:
     fingerprint: str
     code: str
     message: str
+    depth: float | None = None
     reason: str = ""
+
+    @property
+    def limit(self) -> float | None:
+        """Down to which depth the finding is accepted; None: any."""
+        return None if self.depth is None else self.depth + DEPTH_SLACK
 
     @property
     def key(self) -> Key:
@@ -70,7 +82,8 @@ class Baseline:
     def updated(self, wanted: Iterable[tuple[CheckResult, Sequence[Finding], bool]]) -> Baseline:
         """The baseline with exactly the wanted findings of the checked programs.
 
-        Entries of other programs stay, and so does every reason.
+        Entries of other programs stay, and so does every reason, unless what it was given for is
+        deeper now.
 
         Args:
             wanted: results, each with those of its findings that are to be in, and whether the
@@ -86,8 +99,7 @@ class Baseline:
                     known = self._entry(keys)
                     for former in keys[1:]:
                         entries.pop(former, None)
-                    reason = known.reason if known else ""
-                    entries[keys[0]] = Entry(*keys[0], finding.code, finding.message, reason)
+                    entries[keys[0]] = _renewed(keys[0], finding, known)
         return Baseline(self.path, dict(sorted(entries.items())))
 
     def write(self) -> None:
@@ -96,7 +108,10 @@ class Baseline:
         Raises:
             UsageError: it cannot be written.
         """
-        rows = [asdict(entry) for entry in self.entries.values()]
+        rows = [
+            {name: value for name, value in asdict(entry).items() if value is not None}
+            for entry in self.entries.values()
+        ]
         text = json.dumps({"schema": SCHEMA, "entries": rows}, indent=2) + "\n"
         try:
             Path(self.path).write_text(text, encoding="utf-8")
@@ -104,19 +119,26 @@ class Baseline:
             raise UsageError(f"{self.path}: cannot be written: {error.strerror}") from error
 
     def _entry(self, keys: Sequence[Key]) -> Entry | None:
-        return next((self.entries[key] for key in keys if key in self.entries), None)
+        """The entry of a finding; by a former key only one from before depths were kept."""
+        if keys[0] in self.entries:
+            return self.entries[keys[0]]
+        former = (self.entries[key] for key in keys[1:] if key in self.entries)
+        return next((entry for entry in former if entry.depth is None), None)
 
     def _keys(self, result: CheckResult) -> list[list[Key]]:
-        """The keys of every finding: its own first, then those of its former codes."""
+        """The keys of every finding: its own first, then those it had in former versions."""
         files = {file: self._beside(file) for file in {f.file for f in result.findings}}
         moved = [replace(f, file=files[f.file]) for f in result.findings]
         checked = self._checked(result)
         keys: list[list[Key]] = [[(*checked, mark)] for mark in fingerprints(moved)]
+        # A contact was one finding then, of its bodies, in the block in which it begins.
+        whole = [(i, replace(f, parts=None)) for i, f in enumerate(moved) if not f.continues]
+        for i, mark in _marked(whole):
+            keys[i].append((*checked, mark))
         for code, formers in FORMER_CODES.items():
-            renamed = [i for i, f in enumerate(moved) if f.code == code]
+            renamed = [(i, f) for i, f in whole if f.code == code]
             for former in formers:
-                marks = fingerprints(replace(moved[i], code=former) for i in renamed)
-                for i, mark in zip(renamed, marks, strict=True):
+                for i, mark in _marked([(i, replace(f, code=former)) for i, f in renamed]):
                     keys[i].append((*checked, mark))
         return keys
 
@@ -129,6 +151,23 @@ class Baseline:
         if not file:
             return ""
         return PurePath(os.path.relpath(file, Path(self.path).parent)).as_posix()
+
+
+def _marked(findings: Sequence[tuple[int, Finding]]) -> Iterator[tuple[int, str]]:
+    """Yield the numbers of some findings with the fingerprints of these findings."""
+    marks = fingerprints(finding for _, finding in findings)
+    yield from zip((i for i, _ in findings), marks, strict=True)
+
+
+def _renewed(key: Key, finding: Finding, known: Entry | None) -> Entry:
+    """The entry of a finding; a reason does not speak of what is deeper than it was."""
+    new = Entry(*key, finding.code, finding.message, finding.depth)
+    if known is None:
+        return new
+    if finding.depth is None:
+        return replace(new, depth=known.depth, reason=known.reason)
+    deeper = known.limit is not None and finding.depth > known.limit
+    return replace(new, reason="" if deeper else known.reason)
 
 
 def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
@@ -152,7 +191,7 @@ def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except ValueError as error:
         raise UsageError(f"{path}: no JSON: {error}") from error
-    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+    if not isinstance(data, dict) or data.get("schema") not in (SCHEMA, FORMER_SCHEMA):
         raise UsageError(f"{path}: schema: expected {SCHEMA!r}, as --update-baseline writes")
     rows = data.get("entries")
     if not isinstance(rows, list):
@@ -163,9 +202,14 @@ def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
 
 def _entry(row: Any, place: str) -> Entry:
     names = list(Entry.__dataclass_fields__)
-    if not isinstance(row, dict) or not all(isinstance(value, str) for value in row.values()):
-        raise UsageError(f"{place}: expected texts for {', '.join(names)}")
-    for name in names[:-1]:
+    texts = [name for name in names if name != "depth"]
+    values = row if isinstance(row, dict) else {"": None}
+    if not all(isinstance(value, str) for name, value in values.items() if name != "depth"):
+        raise UsageError(f"{place}: expected texts for {', '.join(texts)}")
+    depth = values.get("depth", 0.0)
+    if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0.0 <= depth < inf:
+        raise UsageError(f"{place}.depth: expected a number from 0 on [mm, deg]")
+    for name in texts[:-1]:
         if name not in row:
             raise UsageError(f"{place}.{name}: this key is required and missing")
     for name in row:

@@ -11,11 +11,13 @@ from gcodesim.findings.codes import Ignored
 from gcodesim.policy.rules import Rule, parse_prefix
 
 COMMENT = re.compile(r"[(;][ \t]*gcodesim:([^()\n]*)", re.IGNORECASE)
-WISH = re.compile(
-    r"\s*ignore\s+(?P<codes>GC\d{1,3}(?:[\s,]+GC\d{1,3})*)\s*(?:\breason\s*=\s*(?P<reason>.*\S))?\s*",
-    re.IGNORECASE,
-)
-RIGHT = "write (gcodesim: ignore GC201 reason=why)"
+REASON = re.compile(r"\breason\s*=", re.IGNORECASE)
+DEPTH = re.compile(r"\bdepth\s*=\s*(\d+\.?\d*|\.\d+)(?![\d.])", re.IGNORECASE)
+RIGHT = "write (gcodesim: ignore GC201 reason=why), or ignore GC102 depth=0.05 reason=why"
+
+
+MOST_SHOWN = 200
+"""Characters of a wrong comment that are shown."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,15 @@ def comments_in(text: str) -> Iterator[Comment]:
 
 
 def _comment(text: str, line: int) -> Comment:
-    wish = WISH.fullmatch(text)
-    if not wish:
-        return Comment(line, wrong=f"{text.strip()!r} cannot be read: {RIGHT}")
-    mark = Ignored("comment", wish["reason"] or "")
+    wish, *rest = REASON.split(text, maxsplit=1)
+    reason = rest[0].strip() if rest else ""
+    limit = DEPTH.search(wish)
+    first, *codes = DEPTH.sub(" ", wish, count=1).replace(",", " ").split() or [""]
+    if first.lower() != "ignore" or not codes or (rest and not reason):
+        return Comment(line, wrong=f"{text.strip()[:MOST_SHOWN]!r} cannot be read: {RIGHT}")
+    mark, depth = Ignored("comment", reason), float(limit[1]) if limit else None
     try:
-        codes = re.split(r"[\s,]+", wish["codes"])
-        return Comment(line, tuple(Rule(parse_prefix(code, "ignore"), mark) for code in codes))
+        rules = tuple(Rule(parse_prefix(code, "ignore"), mark, depth) for code in codes)
     except UsageError as error:
         return Comment(line, wrong=str(error))
+    return Comment(line, rules)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from gcodesim.checking.request import CheckRequest
 from gcodesim.checking.verdict import CheckResult, effect_at
-from gcodesim.findings.codes import CLEARANCES, FAIL, Finding, Ignored
+from gcodesim.findings.codes import CLEARANCES, FAIL, NOTED, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
 from gcodesim.policy.rules import Rule, parse_prefix, parse_rule, refusal
@@ -42,12 +42,18 @@ class Policy:
             text: the program, for its comments.
             stop_all: the check looked on after the first contact.
         """
+        judged = self._judged(result, text, stop_all)
+        return replace(judged, findings=_told_once(judged.findings))
+
+    def _judged(self, result: CheckResult, text: str, stop_all: bool) -> CheckResult:
+        """The result with every block of every contact by itself."""
         comments = list(comments_in(text))
         entries = self._entries(result)
         both = list(zip(result.findings, entries, strict=True))
         findings = [self._marked(f, e) for f, e in both]
         remarks = list(_wrong(comments, result.program))
-        remarks += [remark for f, e in both for remark in _refused(f, e)]
+        remarks += [remark for f, e in both for remark in _refused(f, e, self.fail_on)]
+        remarks += self._old_entries(both, result.program)
         if looked_at_all(result, stop_all):
             remarks += [*_unused(comments, result), *self._unused_entries(result)]
         gaps = [] if stop_all else [gap for f in findings if (gap := self._gap_after(f))]
@@ -64,7 +70,7 @@ class Policy:
 
     def wanted(self, result: CheckResult, text: str) -> list[Finding]:
         """Findings that belong in a baseline: all that count, except what can never be ignored."""
-        judged = replace(self, baseline=None).apply(result, text, stop_all=True)
+        judged = replace(self, baseline=None)._judged(result, text, stop_all=True)
         both = zip(result.findings, judged.findings, strict=False)
         return [f for f, seen in both if not seen.ignored and not refusal(f, "any")]
 
@@ -81,7 +87,7 @@ class Policy:
         """Yield every reason for which the finding does not count."""
         rules = [*_rules_of(finding), *self.ignore]
         yield from (rule.mark for rule in rules if rule.takes(finding))
-        if entry and self.baseline and not refusal(finding, entry.reason):
+        if entry and self.baseline and not refusal(finding, entry.reason, entry.limit):
             yield Ignored(self.baseline.path, entry.reason)
         # A contact is never left unselected: that would be ignoring it without a reason.
         if self.select and not refusal(finding, "") and not finding.code.startswith(self.select):
@@ -101,6 +107,15 @@ class Policy:
                 f"only the first place where {pair} is too near is reported: --stop all reports all"
             )
         return ""
+
+    def _old_entries(
+        self, both: Sequence[tuple[Finding, Entry | None]], file: str
+    ) -> Iterator[Finding]:
+        old = sum(e is not None and e.depth is None and f.depth is not None for f, e in both)
+        if old and self.baseline:
+            text = f"{self.baseline.path} accepts {old} finding{'s' if old > 1 else ''} at any "
+            text += "depth: it is old; --stop all --update-baseline writes the depths into it"
+            yield Finding("GC430", text, "baseline_old", file=file)
 
     def _unused_entries(self, result: CheckResult) -> Iterator[Finding]:
         for entry in self.baseline.unused(result) if self.baseline else ():
@@ -159,15 +174,29 @@ def _unused(comments: Sequence[Comment], result: CheckResult) -> Iterator[Findin
                 yield Finding("GC602", text, "ignore_unused", file=file, line=comment.line)
 
 
-def _refused(finding: Finding, entry: Entry | None) -> Iterator[Finding]:
+def _refused(finding: Finding, entry: Entry | None, fail_on: str) -> Iterator[Finding]:
     """Yield what is wrong with a comment or an entry that speaks of a finding that counts."""
     wishes = [
-        ("this comment", rule.mark.reason)
+        ("this comment", rule.mark.reason, rule.depth)
         for rule in _rules_of(finding)
         if finding.code.startswith(rule.prefix)
     ]
-    wishes += [("the baseline", entry.reason)] if entry else []
-    for who, reason in wishes:
-        if why := refusal(finding, reason):
+    wishes += [("the baseline", entry.reason, entry.limit)] if entry else []
+    for who, reason, depth in wishes:
+        # What is too deep counts again; it is an error only where it makes the program fail.
+        noted = effect_at(finding, fail_on) == NOTED and not refusal(finding, reason)
+        if not noted and (why := refusal(finding, reason, depth)):
             text = f"{finding.code} still counts, though {who} ignores it: {why}"
             yield Finding("GC601", text, "ignore_refused", file=finding.file, line=finding.line)
+
+
+def _told_once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """The findings with those joined that go on in other blocks and count alike."""
+    told: list[Finding] = []
+    for finding in findings:
+        if finding.continues and told and told[-1].ignored == finding.ignored:
+            depths = [f.depth for f in (told[-1], finding) if f.depth is not None]
+            told[-1] = replace(told[-1], depth=max(depths, default=None))
+        else:
+            told.append(replace(finding, continues=False))
+    return tuple(told)

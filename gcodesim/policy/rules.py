@@ -15,24 +15,34 @@ NOT_CHECKED = "it says that something was not checked, and no reason makes up fo
 
 @dataclass(frozen=True)
 class Rule:
-    """Ignore the findings whose code begins with `prefix`."""
+    """Ignore the findings whose code begins with `prefix`, down to a depth if one is given."""
 
     prefix: str
     mark: Ignored
+    depth: float | None = None
 
     def takes(self, finding: Finding) -> bool:
         """Whether the rule speaks of this finding and has the power to ignore it."""
         if not finding.code.startswith(self.prefix):
             return False
-        return not refusal(finding, self.mark.reason)
+        return not refusal(finding, self.mark.reason, self.depth)
 
 
-def refusal(finding: Finding, reason: str) -> str:
-    """Why a finding counts whatever anybody says; empty where it can be ignored."""
+def refusal(finding: Finding, reason: str, depth: float | None = None) -> str:
+    """Why a finding counts whatever anybody says; empty where it can be ignored.
+
+    Args:
+        finding: what was found.
+        reason: why it is to be ignored.
+        depth: down to which depth it is accepted [mm, deg]; None: any.
+    """
     if finding.leaves_unchecked:
         return NOT_CHECKED
     if finding.is_contact and not reason:
         return NO_REASON
+    if depth is not None and finding.depth is not None and finding.depth > depth:
+        unit = "deg" if finding.code == "GC302" else "mm"
+        return f"it is {finding.depth:.4g} {unit} now, and {depth:.4g} {unit} were accepted"
     return "a wrong wish to ignore cannot be ignored" if finding.code == "GC601" else ""
 
 

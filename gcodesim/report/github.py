@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from gcodesim.checking.verdict import CheckResult
 from gcodesim.findings.printing import printable
 from gcodesim.report.outcome import RunOutcome
-from gcodesim.report.rows import CountedFinding, repository_path, rows, title
+from gcodesim.report.rows import (
+    CountedFinding,
+    ignored_rows,
+    ignored_title,
+    repository_path,
+    rows,
+    title,
+)
 
 ANNOTATIONS = 10
 """GitHub shows ten annotations of a step and drops the others without a word."""
@@ -24,7 +33,9 @@ def render(run: RunOutcome) -> str:
         for failure in run.failures
     ]
     lines += [_annotation(row) for row in rows(run)[:ANNOTATIONS]]
-    return "".join(f"{line}\n" for line in lines[:ANNOTATIONS])
+    # What was ignored has the last place, however much else there is.
+    ignored = _ignored(ignored_rows(run), ANNOTATIONS - len(lines))
+    return "".join(f"{line}\n" for line in [*lines[: ANNOTATIONS - len(ignored)], *ignored])
 
 
 def summary(run: RunOutcome) -> str:
@@ -37,6 +48,7 @@ def summary(run: RunOutcome) -> str:
     text += "".join(map(_program, run.results)) + "\n"
     found = rows(run)
     lines = [f"- **{_cell(title(row))}** {_place(row)}\n" for row in found]
+    lines += [f"- {_cell(ignored_title(row))} {_place(row)}\n" for row in ignored_rows(run)]
     room = SUMMARY_BYTES - len(text.encode()) - len(MORE) - 20
     for i, line in enumerate(lines):
         room -= len(line.encode())
@@ -49,6 +61,19 @@ def _annotation(row: CountedFinding) -> str:
     finding = row.finding
     command = COMMANDS[finding.severity]
     return _command(command, row.path, row.line, finding.column, title(row))
+
+
+def _ignored(found: Sequence[CountedFinding], room: int) -> list[str]:
+    """A notice for everything ignored where there is room, else one that tells how much it is."""
+    lines = [
+        _command("notice", row.path, row.line, None, ignored_title(row))
+        for row in found[: max(room, 1)]
+    ]
+    if len(found) > len(lines):
+        first = found[len(lines) - 1]
+        text = f"{ignored_title(first)}, and {len(found) - len(lines)} more findings ignored"
+        lines[-1] = _command("notice", first.path, first.line, None, text)
+    return lines
 
 
 def _command(command: str, path: str, line: int, column: int | None, message: str) -> str:

@@ -83,6 +83,8 @@ def finding_rows(result: CheckResult) -> list[dict[str, Any]]:
     for finding, fingerprint in zip(result.findings, marks, strict=True):
         values = dict(vars(finding), fingerprint=fingerprint)
         values["pair"] = list(finding.pair) if finding.pair else None
+        values["parts"] = list(finding.parts) if finding.parts else None
+        values["continues"] = finding.continues or None
         values["ignored"] = vars(finding.ignored) if finding.ignored else None
         rows.append({key: value for key, value in values.items() if value not in (None, "")})
     return rows

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gcodesim.checking.verdict import PASS, CheckResult, effect_at
-from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding
+from gcodesim.findings.codes import FAIL, INCONCLUSIVE, NOTED, Finding, Ignored
 from gcodesim.findings.fingerprints import fingerprints
 from gcodesim.report.outcome import RunOutcome
 
@@ -21,7 +21,7 @@ SEVERITIES = ("error", "warning", "note")
 
 @dataclass(frozen=True)
 class CountedFinding:
-    """A finding that counts.
+    """A finding that counts, or one that is ignored.
 
     Attributes:
         result: of the program it belongs to.
@@ -43,6 +43,22 @@ class CountedFinding:
 def rows(run: RunOutcome) -> list[CountedFinding]:
     """The findings that count, contacts and failures first, otherwise in the order of the run."""
     return sorted((row for result in run.results for row in _rows_of(result)), key=_weight)
+
+
+def ignored_rows(run: RunOutcome) -> list[CountedFinding]:
+    """The findings that somebody asked to ignore, contacts first."""
+    found = []
+    for result in run.results:
+        both = zip(result.findings, fingerprints(result.findings), strict=True)
+        found += [_row(result, finding, mark) for finding, mark in both if finding.ignored]
+    return sorted(found, key=_weight)
+
+
+def ignored_title(row: CountedFinding) -> str:
+    """What was ignored, by whom, and why."""
+    mark = row.finding.ignored or Ignored("")
+    why = f"{mark.by}: {mark.reason}" if mark.reason else mark.by
+    return f"ignored ({why}): {title(row)}"
 
 
 def title(row: CountedFinding) -> str:

@@ -12,6 +12,7 @@ from gcodesim.checking.verdict import (
     CONTRACT,
     PASS,
     CheckResult,
+    ContactInterval,
     FirstContact,
     ReadingTaken,
     effect_at,
@@ -158,7 +159,7 @@ def _listed(result: CheckResult) -> Iterator[str]:
     for interval in result.contacts:
         kind = " between samples" if interval.between_samples else ""
         yield (
-            f"  contact {'-'.join(interval.pair)}{kind}: {interval.from_s:.6f} to "
+            f"  contact {_names(interval)}{kind}: {interval.from_s:.6f} to "
             f"{interval.to_s:.6f} s, deepest {interval.deepest_mm:.4g} mm at "
             f"{interval.deepest_at_s:.6f} s"
         )
@@ -169,6 +170,12 @@ def _listed(result: CheckResult) -> Iterator[str]:
         )
     if clear := _clear(result):
         yield f"  proved apart without search: {', '.join(clear)}"
+
+
+def _names(interval: ContactInterval) -> str:
+    """The bodies, and their parts where these have names of their own."""
+    both = zip(interval.pair, interval.parts, strict=True)
+    return "-".join(body if part == body else f"{body}.{part}" for body, part in both)
 
 
 def _clear(result: CheckResult) -> list[str]:

@@ -83,7 +83,9 @@ def test_open_mesh_around_another_body_is_undecided() -> None:
     lid_off = {"inner": box([4, 4, 4]), "outer": {"shell": HALL[:-1]}}
     found = run(resting(lid_off, open_parts=["shell"]))
     assert found.contact is None
-    assert [(pair.name, part) for pair, part in found.undecided] == [("inner-outer", "shell")]
+    assert [(p.name, c.outer, c.inner) for p, c in found.undecided] == [
+        ("inner-outer", "shell", "inner")
+    ]
     apart = run(resting(lid_off, (300.0, 0.0), open_parts=["shell"]))
     assert not apart.undecided
 

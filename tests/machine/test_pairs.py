@@ -105,3 +105,29 @@ def test_a_tool_without_any_shape_makes_no_pair(tiny):
     machine = load_machine(str(tiny / "tiny.yaml"))
     assert not [pair for pair in machine.pairs if "tool" in (pair.a, pair.b)]
     assert machine.unchecked_by_rule[0].startswith("tool-A: tool has no shape")
+
+
+def test_allow_takes_parts_out_and_leaves_the_others(tmp_path):
+    """A vise that stands in the way of the cradle by design, on a table that must not."""
+    boxes = "[{name: table, box: {size: [9, 9, 9]}}, {name: vise, box: {size: [9, 9, 9]}}]"
+    text = (
+        f"name: parts\nlinks: {{bed: {{parts: {boxes}}}, X: {{}}, Z: {{parts: {boxes}}}}}\n"
+        "joints:\n"
+        "  X: {type: linear, parent: bed, child: X, axis: [1, 0, 0], rapid: 1000}\n"
+        "  Z: {type: linear, parent: X, child: Z, axis: [0, 0, 1], rapid: 1000}\n"
+    )
+    path = tmp_path / "m.yaml"
+
+    def left(links):
+        path.write_text(f"{text}allow: [{{links: {links}, reason: by design}}]\n")
+        pairs = load_machine(str(path)).pairs
+        every = ("table", "vise")
+        return {(a, b) for p in pairs for a in p.parts_a or every for b in p.parts_b or every}
+
+    both = {(a, b) for a in ("table", "vise") for b in ("table", "vise")}
+    assert left("[bed, Z]") == set()
+    assert left("[bed.vise, Z]") == {("table", "table"), ("table", "vise")}
+    assert left("[Z.vise, bed]") == {("table", "table"), ("vise", "table")}
+    assert left("[bed.vise, Z.table]") == both - {("vise", "table")}
+    with pytest.raises(ModelError, match="bed has no part 'clamp'"):
+        left("[bed.clamp, Z]")

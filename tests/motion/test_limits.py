@@ -62,8 +62,10 @@ def test_a_circle_that_leaves_on_both_sides_is_reported_twice() -> None:
 def test_an_excursion_is_reported_once_with_its_farthest_position() -> None:
     stops = [5, 11, 14, 12, 9, 8, 13, 0]
     rows = [{"kind": FEED, "to": (x,), "f": 600} for x in stops]
-    first, second = found(*rows, X=(-10, 10))
+    findings = found(*rows, X=(-10, 10))
+    first, second = (f for f in findings if not f.continues)
     assert (first.line, second.line) == (2, 7)
+    assert [(f.line, f.depth) for f in findings] == [(2, 1), (3, 4), (4, 4), (5, 2), (7, 3), (8, 3)]
     assert "X reaches 14 mm" in first.message
     assert "(until line 5)" in first.message
     assert "X reaches 13 mm" in second.message
@@ -94,7 +96,8 @@ def test_an_axis_without_limits_is_never_beyond() -> None:
 
 def test_findings_come_in_the_order_of_time() -> None:
     rows = [{"kind": FEED, "to": (0, y, z), "f": 600} for y, z in ((0, 9), (9, 9), (9, 0))]
-    assert [f.message[0] for f in found(*rows, Y=(-5, 5), Z=(-5, 5))] == ["Z", "Y"]
+    findings = found(*rows, Y=(-5, 5), Z=(-5, 5))
+    assert [f.message[0] for f in findings if not f.continues] == ["Z", "Y"]
 
 
 def test_the_crossing_under_another_time_law() -> None:

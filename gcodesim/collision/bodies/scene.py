@@ -105,6 +105,21 @@ def build_scene(
     )
 
 
+def by_parts(scene: Scene, pair: int, joints: tuple[Joint, ...]) -> Scene:
+    """A scene of each part of the one body of a pair with each part of the other, in full."""
+    sides = [[_shape(shape.body, (part,)) for part in shape.parts] for shape in scene.shapes[pair]]
+    shapes = tuple((a, b) for a in sides[0] for b in sides[1])
+    links = (scene.links[pair],) * len(shapes)
+    return Scene(
+        scene.device,
+        (scene.pairs[pair],) * len(shapes),
+        shapes,
+        links,
+        chain_arrays(joints, list(links), scene.device),
+        _scene_arrays(shapes, scene.device),
+    )
+
+
 @lru_cache(SHAPES_KEPT)
 def _shape(body: str, parts: tuple[Part, ...]) -> CheckedShape:
     return CheckedShape(

@@ -26,15 +26,25 @@ class Containment:
     Attributes:
         pair: index of the pair in the scene.
         parts, roles: names and roles of the parts, in the order of the pair.
-        outer: name of the part that is, or may be, around the other.
+        outer_is_a: the part that is, or may be, around the other is that of body a.
         decided: False when `outer` is open.
     """
 
     pair: int
     parts: tuple[str, str]
     roles: tuple[str, str]
-    outer: str
+    outer_is_a: bool
     decided: bool
+
+    @property
+    def outer(self) -> str:
+        """The part around the other."""
+        return self.parts[0 if self.outer_is_a else 1]
+
+    @property
+    def inner(self) -> str:
+        """The part inside the other."""
+        return self.parts[1 if self.outer_is_a else 0]
 
 
 def find_containments(scene: Scene, relative: list[NDArray[np.float64]]) -> list[Containment]:
@@ -51,12 +61,14 @@ def find_containments(scene: Scene, relative: list[NDArray[np.float64]]) -> list
             for inner, outer, move in ((q, p, pose), (p, q, np.linalg.inv(pose))):
                 answer = contains(outer, inner, np.asarray(move, np.float64))
                 if answer is not False:
-                    found.append(Containment(index, names, roles, outer.name, answer is True))
+                    found.append(Containment(index, names, roles, outer is p, answer is True))
     return found
 
 
 def contains(outer: Part, inner: Part, pose: NDArray[np.float64]) -> bool | None:
     """Tell whether a shell of `inner`, moved by `pose`, lies inside `outer`; None = open mesh."""
+    if outer.shell:
+        return False
     low, high = outer.triangles.min(axis=(0, 1)), outer.triangles.max(axis=(0, 1))
 
     def in_box(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -36,6 +37,8 @@ class Nearness:
         departure: how much of the limit allows for a machine that leaves the path [mm].
         touch: the departure alone is as large as the distance.
         end_ps: end of the stretch searched.
+        continues: it goes on from the one before it, in another block.
+        in_block: the smallest distance in the first block of a place of several blocks [mm].
     """
 
     pair: int
@@ -45,6 +48,8 @@ class Nearness:
     departure: float = 0.0
     touch: bool = False
     end_ps: int = 0
+    continues: bool = False
+    in_block: float | None = None
 
 
 def every_place(
@@ -54,7 +59,7 @@ def every_place(
     pieces: tuple[int, int],
     contacts: Sequence[Interval],
 ) -> list[Nearness]:
-    """Every place where a pair comes nearer than its clearance, in the order of time.
+    """Every place where a pair comes nearer than its clearance, block by block.
 
     A place is a run of pieces that come too near, and do so where one ends and the next begins. On
     its way into a contact and out of it a pair is too near anyway: that is no place. The rest of
@@ -72,11 +77,31 @@ def every_place(
         if clearance < 0.0 or clearance + departures.largest[pair] <= 0.0:
             continue
         only = tuple(c if p == pair else LEFT_OUT for p, c in enumerate(clearances))
-        own = [contact for contact in contacts if contact.pair == pair]
-        for stretch in _free_stretches(searcher, pieces, own):
+        for stretch in _free_stretches(searcher, pieces, pair, _touching(contacts, pair)):
             for place in _places(searcher, Limits(only, departures), pair, stretch):
-                found += too_near(searcher, only, departures, *place, stretch.best)
-    return sorted(found, key=lambda near: (near.time_ps, near.pair))
+                found += _place(searcher, (only, departures, stretch.best), place)
+    # The blocks of a place stay together.
+    return found
+
+
+def _place(
+    searcher: Searcher, limits: tuple[tuple[float, ...], Departures, int], place: tuple[int, int]
+) -> list[Nearness]:
+    """The place as a whole, with the distance in its first block, then its other blocks."""
+    clearances, departures, best = limits
+    found = too_near(searcher, clearances, departures, *place, best)
+    blocks = list(_blocks(searcher.path, *place))
+    if len(blocks) == 1 or not found:
+        return found
+    near = [n for b in blocks for n in too_near(searcher, clearances, departures, *b, best)]
+    begin = [replace(found[0], in_block=near[0].distance)] if near else found
+    return begin + [replace(later, continues=True) for later in near[1:]]
+
+
+def _blocks(path: Path, first: int, end: int) -> Iterator[tuple[int, int]]:
+    """Yield first piece and end of every block among the pieces first..end."""
+    cuts = np.flatnonzero(np.diff(path.line[first:end])) + first + 1
+    yield from pairwise([first, *cuts.tolist(), end])
 
 
 class FreeSpan(NamedTuple):
@@ -88,17 +113,28 @@ class FreeSpan(NamedTuple):
     after: bool
 
 
+def _touching(contacts: Sequence[Interval], pair: int) -> list[tuple[int, int]]:
+    """When any parts of a pair touch, from and until [ps]."""
+    joined: list[tuple[int, int]] = []
+    for contact in sorted((c for c in contacts if c.pair == pair), key=lambda c: c.start_ps):
+        start, end = contact.start_ps, contact.end_ps
+        if joined and start <= joined[-1][1]:
+            start, end = joined[-1][0], max(end, joined.pop()[1])
+        joined.append((start, end))
+    return joined
+
+
 def _free_stretches(
-    searcher: Searcher, pieces: tuple[int, int], contacts: Sequence[Interval]
+    searcher: Searcher, pieces: tuple[int, int], pair: int, contacts: Sequence[tuple[int, int]]
 ) -> Iterator[FreeSpan]:
     """Yield the stretches between the contacts of one pair."""
     path, (first, end), after = searcher.path, pieces, False
-    for contact in contacts:
+    for start_ps, end_ps in contacts:
         # Up to the last sample before the contact: nothing can be proved about what touches.
-        sample = sample_of(contact.start_ps, searcher.settings.period_ps) - 1
-        last, back = path.piece_at(np.array([contact.start_ps, contact.end_ps + 1])).tolist()
-        if first < end and contact.start_ps > path.bounds_ps[first]:
-            yield FreeSpan(first, min(last + 1, end), contact_key(sample, contact.pair), after)
+        sample = sample_of(start_ps, searcher.settings.period_ps) - 1
+        last, back = path.piece_at(np.array([start_ps, end_ps + 1])).tolist()
+        if first < end and start_ps > path.bounds_ps[first]:
+            yield FreeSpan(first, min(last + 1, end), contact_key(sample, pair), after)
         first, after = back + 1, True
     if first < end:
         yield FreeSpan(first, end, NO_CONTACT, after)

@@ -1,5 +1,7 @@
-"""Depths: how far a vertex of one body lies inside the other, and how much deeper it may be.
+"""Depths: how far a point of one body lies inside the other, and how much deeper it may be.
 
+The points are all vertices, and some along every edge that pierces the other body more than once:
+a plate that a tool goes through has no vertex inside it, and the tool none inside the plate.
 At an instant the depth is found by a walk down the tree of a body: no vertex below a node lies
 deeper than the centre of the node does, plus the size of the node. Between two instants it cannot
 grow by more than the bodies move against each other: where d and e are the depths at two instants
@@ -23,8 +25,8 @@ from gcodesim.collision.geometry.boxes import inverse
 from gcodesim.collision.geometry.closest import ForestArrays, clamp_to_box, nearest_on_triangle
 from gcodesim.collision.geometry.device import BIT_EQUAL, lent
 from gcodesim.collision.geometry.poses import ChainArrays, PathArrays, pair_pose
-from gcodesim.collision.search.search import Searcher
-from gcodesim.motion.path import path_fraction
+from gcodesim.machine.model import Joint
+from gcodesim.motion.path import Path, path_fraction
 
 wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
 
@@ -40,6 +42,8 @@ GOOD_TO_MM = 0.01
 STACK = wp.constant(96)
 GOOD_TO = wp.constant(wp.float64(GOOD_TO_MM))
 FAR = wp.constant(wp.float64(1.0e30))
+TINY = wp.constant(wp.float64(1.0e-300))
+POINTS_BETWEEN = wp.constant(3)
 RAY = wp.constant(wp.vec3d(9.0 / 25.0, 12.0 / 25.0, 20.0 / 25.0))
 """Way along which surfaces are counted: along none that a model's edges are likely to have."""
 
@@ -178,12 +182,108 @@ def measure_depths(
     depth_out[instant, side] = best
 
 
+@wp.func
+def pierced_at(p: wp.vec3d, along: wp.vec3d, t: wp.mat33d):
+    """How far along an edge it pierces a triangle, 0..1; -1 where it does not."""
+    u = t[1] - t[0]
+    v = t[2] - t[0]
+    across = wp.cross(along, v)
+    size = wp.dot(u, across)
+    none = wp.float64(0.0)
+    one = wp.float64(1.0)
+    if size == none:
+        return wp.float64(-1.0)
+    corner = p - t[0]
+    turned = wp.cross(corner, u)
+    first = wp.dot(corner, across) / size
+    second = wp.dot(along, turned) / size
+    place = wp.dot(v, turned) / size
+    if first < none or second < none or first + second > one or place < none or place > one:
+        return wp.float64(-1.0)
+    return place
+
+
+@wp.func
+def between_piercings(forest: ForestArrays, root: wp.int32, p: wp.vec3d, along: wp.vec3d):
+    """The deepest of some points between the first and last place where an edge pierces a body."""
+    stack = wp.zeros(shape=(STACK,), dtype=wp.int32)
+    stack[0] = root
+    top = wp.int32(1)
+    first = wp.float64(2.0)
+    last = wp.float64(-1.0)
+    length = wp.max(wp.dot(along, along), TINY)
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        way = forest.centre[node] - p
+        share = wp.clamp(wp.dot(way, along) / length, wp.float64(0.0), wp.float64(1.0))
+        if wp.length(way - share * along) > forest.size[node]:
+            continue
+        if forest.triangle[node] >= 0:
+            place = pierced_at(p, along, forest.triangles[forest.triangle[node]])
+            if place >= wp.float64(0.0):
+                first = wp.min(first, place)
+                last = wp.max(last, place)
+            continue
+        if top + 2 <= STACK:
+            stack[top] = forest.left[node]
+            stack[top + 1] = forest.right[node]
+            top += 2
+    best = wp.float64(0.0)
+    if last > first:
+        for k in range(POINTS_BETWEEN):
+            share = wp.float64(k + 1) / wp.float64(POINTS_BETWEEN + 1)
+            point = p + (first + share * (last - first)) * along
+            best = wp.max(best, signed_depth(forest, root, point))
+    return best
+
+
+@wp.kernel
+def measure_edges(
+    path: PathArrays,
+    chains: ChainArrays,
+    forest: ForestArrays,
+    asked: Asked,
+    depth_out: wp.array2d[wp.float64],
+):
+    """One thread per (instant, side): what the side's edges add where they go through the other."""
+    instant, side = wp.tid()
+    pose = pair_pose(path, chains, asked.pair, asked.piece[instant], asked.time_ps[instant])
+    if side == 0:
+        pose = inverse(pose)
+    other = forest.root[2 * asked.pair + 1 - side]
+    stack = wp.zeros(shape=(STACK,), dtype=wp.int32)
+    stack[0] = forest.root[2 * asked.pair + side]
+    top = wp.int32(1)
+    best = depth_out[instant, side]
+    while top > 0:
+        top -= 1
+        node = stack[top]
+        centre = pose.R * forest.centre[node] + pose.t
+        depth = signed_depth(forest, other, centre)
+        # Nothing below pierces a surface that is farther away, or lies deeper than known.
+        if wp.abs(depth) > forest.size[node] or depth + forest.size[node] <= best + GOOD_TO:
+            continue
+        if forest.triangle[node] >= 0:
+            t = forest.triangles[forest.triangle[node]]
+            for k in range(3):
+                p = pose.R * t[k] + pose.t
+                along = pose.R * t[(k + 1) % 3] + pose.t - p
+                best = wp.max(best, between_piercings(forest, other, p, along))
+            continue
+        if top + 2 <= STACK:
+            stack[top] = forest.left[node]
+            stack[top + 1] = forest.right[node]
+            top += 2
+    depth_out[instant, side] = best
+
+
 @dataclass(frozen=True)
 class Depth:
     """The deepest that a pair was found to be in an interval.
 
     Attributes:
-        deepest: of a vertex of one body inside the other [mm].
+        deepest: of a point of one body inside the other [mm].
         time_ps: when.
         within: it may be deeper by this much between the instants looked at [mm].
     """
@@ -208,10 +308,17 @@ class _Profile:
 class DepthGauge:
     """Measures depths of some pairs of a scene, of their whole bodies."""
 
-    def __init__(self, searcher: Searcher, pairs: list[int]) -> None:
-        self.searcher = searcher
-        self.scene: Scene = whole_scene(searcher.scene, pairs, searcher.joints)
-        self.forest: Forest = build_forest(self.scene, searcher.joints)
+    def __init__(
+        self,
+        scene: Scene,
+        path: Path,
+        arrays: PathArrays,
+        joints: tuple[Joint, ...],
+        pairs: list[int],
+    ) -> None:
+        self.path, self.arrays, self.joints = path, arrays, joints
+        self.scene: Scene = whole_scene(scene, pairs, joints)
+        self.forest: Forest = build_forest(self.scene, joints)
 
     def deepest(self, pair: int, stretches: list[tuple[int, int]]) -> list[Depth]:
         """The deepest of a pair in each of some stretches of time [ps]; `pair` counts ours."""
@@ -220,7 +327,7 @@ class DepthGauge:
             for start, end in stretches
         ]
         self._measure(pair, [(p, p.times) for p in profiles])
-        ways = piece_ways(self.searcher.path, self.searcher.joints, self._levers(pair))
+        ways = piece_ways(self.path, self.joints, self._levers(pair))
         most = self._most(pair)
         for _ in range(ROUNDS):
             open_yet = [p for p in profiles if p.depths.max() + GOOD_TO_MM < most]
@@ -229,6 +336,12 @@ class DepthGauge:
                 break
             self._measure(pair, wanted)
         return [self._result(p, ways, most) for p in profiles]
+
+    def depths(self, pair: int, times: Times) -> Floats:
+        """Depths of a pair at some instants, in the order of time, shape (m,) [mm]."""
+        profile = _Profile(times)
+        self._measure(pair, [(profile, times)])
+        return profile.depths
 
     def _most(self, pair: int) -> float:
         """What no depth of a pair exceeds [mm]."""
@@ -255,7 +368,7 @@ class DepthGauge:
 
     def _way_at(self, times: Times, ways: Floats) -> Floats:
         """How far the bodies have moved against each other since the start, at most [mm]."""
-        path = self.searcher.path
+        path = self.path
         piece = path.piece_at(times)
         start, end = path.bounds_ps[piece], path.bounds_ps[piece + 1]
         done = path_fraction(path.law[piece], (times - start) / np.maximum(end - start, 1))
@@ -282,14 +395,20 @@ class DepthGauge:
         device = self.scene.device
         asked = Asked()
         asked.pair = pair
-        asked.piece = lent(self.searcher.path.piece_at(times), wp.int32, device)
+        asked.piece = lent(self.path.piece_at(times), wp.int32, device)
         asked.time_ps = lent(times, wp.int64, device)
         depth = wp.zeros((len(times), 2), dtype=wp.float64, device=device)
         wp.launch(
             measure_depths,
             dim=depth.shape,
-            inputs=[self.searcher.arrays, self.scene.chains, self.forest.arrays, asked],
+            inputs=[self.arrays, self.scene.chains, self.forest.arrays, asked],
             outputs=[depth],
+            device=device,
+        )
+        wp.launch(
+            measure_edges,
+            dim=depth.shape,
+            inputs=[self.arrays, self.scene.chains, self.forest.arrays, asked, depth],
             device=device,
         )
         found, at = depth.numpy().max(axis=1), 0

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.collision.bodies.scene import Scene
+from gcodesim.collision.bodies.scene import Scene, by_parts
 from gcodesim.collision.geometry.poses import PathArrays
 from gcodesim.collision.instants.contact import TouchingTriangles, touching_triangles
 from gcodesim.collision.instants.containment import Containment
 from gcodesim.collision.search.approach import Approach
+from gcodesim.collision.search.depths import DepthGauge
 from gcodesim.collision.search.intervals import Interval
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.model import Joint, Machine, Pair
@@ -31,6 +32,7 @@ class Contact:
         point: a shared or halfway point [mm], world coordinates; None for a containment.
         between: it begins and ends between two samples, or comes within the tolerance there.
         distance: smallest distance of such a stretch [mm].
+        depth: how deep a body lies inside another as it appears [mm]; None where not asked for.
     """
 
     sample: int
@@ -44,6 +46,7 @@ class Contact:
     point: NDArray[np.float64] | None = None
     between: bool = False
     distance: float = 0.0
+    depth: float | None = None
 
 
 @dataclass(frozen=True)
@@ -76,19 +79,14 @@ class SpanContext:
 
     def interval(self, found: Interval, arrays: PathArrays) -> Contact:
         """The contact with which an interval of contact begins."""
+        own = replace(self, scene=found.scene)
+        if found.between:
+            return own.approach(Approach(found.start_ps, found.end_ps, found.between))
         time = np.array([found.start_ps])
         sample = sample_of(found.start_ps, self.period_ps)
-        if found.between:
-            pair = self.scene.pairs[found.pair]
-            a, b = self.scene.shapes[found.pair]
-            roles = (a.parts[0].role, b.parts[0].role)
-            names = (pair.a, pair.b)
-            return Contact(
-                sample, found.start_ps, pair, names, roles, self.span, False, between=True
-            )
         instants = Instants(time, self.path.piece_at(time), np.array([sample]))
-        touching = touching_triangles(self.scene, arrays, instants, found.pair)
-        return self.touch(sample, found.pair, touching)
+        touching = touching_triangles(found.scene, arrays, instants, found.own_pair)
+        return own.touch(sample, found.own_pair, touching)
 
     def containment(self, found: Containment) -> Contact:
         """The contact of a body with one that it is inside of, at the start of the span."""
@@ -96,6 +94,15 @@ class SpanContext:
         sample = sample_of(start, self.period_ps)
         pair = self.scene.pairs[found.pair]
         return Contact(sample, start, pair, found.parts, found.roles, self.span, True)
+
+    def with_depth(self, contact: Contact, arrays: PathArrays) -> Contact:
+        """A containment with the depth that the one body has in the other as it begins."""
+        pair = self.scene.pairs.index(contact.pair)
+        scene = by_parts(self.scene, pair, self.travels)
+        names = [tuple(shape.parts[0].name for shape in sides) for sides in scene.shapes]
+        own = names.index(contact.parts)
+        gauge = DepthGauge(scene, self.path, arrays, self.travels, [own])
+        return replace(contact, depth=float(gauge.depths(0, np.array([contact.time_ps]))[0]))
 
     def _named(
         self,

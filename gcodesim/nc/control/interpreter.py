@@ -6,8 +6,8 @@ after it is interpreted.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Generic
 
 import numpy as np
@@ -43,6 +43,7 @@ class Interpretation:
         not_run: what did not run, or may run in another way.
         other_programs: main programs of the file that nothing has called, with their lines.
         files: name of every text, and the number of lines before it; the main program first.
+        looked_up: files that were looked for -> mark of their content, "" where there is none.
     """
 
     program: CanonicalProgram
@@ -57,6 +58,7 @@ class Interpretation:
     files: tuple[tuple[str, int], ...]
     not_run: tuple[NotRun, ...] = ()
     other_programs: tuple[tuple[str, int], ...] = ()
+    looked_up: Mapping[str, str] = field(default_factory=dict)
 
     def place(self, line: int) -> tuple[str, int]:
         """Return the file that a line of `lines` stands in, and its number there."""
@@ -100,6 +102,7 @@ class Interpreter(Generic[Line]):
             files=tuple((source.file, source.first) for source in sources),
             not_run=tuple(self._not_run(program)),
             other_programs=tuple(self.language.other_programs()),
+            looked_up=self._flow.looked_up,
         )
 
     def _with_halts(self, program: CanonicalProgram) -> CanonicalProgram:

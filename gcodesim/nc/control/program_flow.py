@@ -9,7 +9,7 @@ from typing import Any, overload
 
 from gcodesim.constants import MAX_BLOCKS, MAX_REPEATED_BLOCKS
 from gcodesim.errors import GcodesimError, UsageError
-from gcodesim.nc.lines import Lines, read_program, split_lines
+from gcodesim.nc.lines import Lines, file_mark, read_program, split_lines
 
 MAX_CALLS = 10
 """Calls may nest this deep, as on LinuxCNC; Fanuc allows fewer."""
@@ -104,6 +104,7 @@ class ProgramFlow:
         calls: running subprograms, the innermost last.
         line_count: lines of all sources.
         entered: lines, counted through all sources, at which subprograms have begun.
+        looked_up: files that were looked for -> mark of their content, "" where there is none.
     """
 
     max_blocks: int | None = None
@@ -113,6 +114,7 @@ class ProgramFlow:
     calls: list[Call] = field(default_factory=list)
     line_count: int = 0
     entered: set[int] = field(default_factory=set)
+    looked_up: dict[str, str] = field(default_factory=dict)
     _repeats: dict[int, int] = field(default_factory=dict)
 
     def add(self, text: str, file: str) -> Source:
@@ -140,6 +142,7 @@ class ProgramFlow:
         folders = [main.parent] if main.is_file() else []
         for folder in [*folders, *([Path(library)] if library else [])]:
             for path in (folder / name for name in names):
+                self._look_up(path)
                 if path.is_file() and path.resolve().parent == folder.resolve():
                     return self.add_file(path)
         where = f" (no {names[0]} beside the program)" if folders else ""
@@ -153,10 +156,14 @@ class ProgramFlow:
         """
         if known := next((s for s in self.sources if s.file == str(path)), None):
             return known, False
+        self._look_up(path)
         try:
             return self.add(read_program(path), str(path)), True
         except UsageError as error:
             raise FlowError("subprogram_not_found", str(error)) from None
+
+    def _look_up(self, path: Path) -> None:
+        self.looked_up.setdefault(str(path), file_mark(path))
 
     @property
     def is_main(self) -> bool:

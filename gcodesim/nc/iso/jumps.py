@@ -199,7 +199,11 @@ class Jumps:
             FlowError: there is none, or it cannot be read.
         """
         for source in (self.flow.source, *self.flow.sources):
-            line = self.structures[source.first].programs.get(number)
+            structure = self.structures[source.first]
+            line = structure.programs.get(number)
+            if number in structure.twice:
+                places = f"lines {structure.programs[number] + 1} and {structure.twice[number] + 1}"
+                raise FlowError("subprogram_twice", f"O{number} in {places} of {source.file}")
             if line is not None:
                 return source, line
         readings = self.state.control.readings
@@ -213,7 +217,11 @@ class Jumps:
             if listed in STANDS_FOR:
                 return listed
             source = self._added(*self.flow.add_file(Path(listed)))
-        return source, self.structures[source.first].programs.get(number, source.begin)
+        inside = self.structures[source.first].programs
+        if inside and number not in inside and not listed:
+            says = f"{source.file} says O{next(iter(inside))} inside, not O{number}"
+            raise FlowError("subprogram_other_number", says)
+        return source, inside.get(number, source.begin)
 
     def call_sub(self, label: str, arguments: list[float | None]) -> None:
         """Run an o-word subprogram of this text, of the main program, or of a file beside it."""

@@ -60,6 +60,7 @@ class Structure:
     Attributes:
         end: index of the line that closes the text (%), or the number of lines.
         programs: O-number, or <NAME>, -> its line.
+        twice: O-number, or <NAME>, of several programs of the text -> the line of the second.
         subs: label of an o-word subprogram -> its line.
         partner: line that opens -> line that closes, and back: loops, and SUB to ENDSUB.
         next_branch: IF, ELSEIF, ELSE -> the next branch or ENDIF.
@@ -68,6 +69,7 @@ class Structure:
 
     end: int
     programs: dict[int | str, int] = field(default_factory=dict)
+    twice: dict[int | str, int] = field(default_factory=dict)
     subs: dict[str, int] = field(default_factory=dict)
     partner: dict[int, int] = field(default_factory=dict)
     next_branch: dict[int, int] = field(default_factory=dict)
@@ -107,7 +109,9 @@ def read_structure(lines: Lines, first: int, opened: bool, o_words: bool) -> Str
             _o_word(structure, opens, keyword, label, index)
         elif match := PROGRAM.match(text) or (None if o_words else NAMED.fullmatch(text)):
             _unclosed(loops)
-            structure.programs.setdefault(int(match[1]) if match[1].isdigit() else match[1], index)
+            number = int(match[1]) if match[1].isdigit() else match[1]
+            if structure.programs.setdefault(number, index) != index:
+                structure.twice.setdefault(number, index)
         elif match := LOOP.match(text):
             _loop(structure, loops, match, index)
     _unclosed(loops)

@@ -1,0 +1,11 @@
+; subprogram_twice 4
+G21 G90
+F1000
+M98 P2
+M30
+O2
+G1 X1
+M99
+O2
+G1 X2
+M99
