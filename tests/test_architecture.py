@@ -61,6 +61,7 @@ LAYERS = {
     "checking.trace": TYPES | {"machine", "motion"},
     "checking.variation": TYPES,
     "checking.evidence": TYPES | {"nc", "machine", "motion", "collision"},
+    "checking.open_offsets": TYPES | {"nc"},
     "checking.audit": TYPES | {"collision"},
     "checking.lint": TYPES | {"machine", "motion", "collision"},
     "checking.flow": TYPES | {"nc", "machine", "motion", "collision", "checking"},

@@ -45,10 +45,7 @@ def load_machine(
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
     _check_limits_of_time(file, source)
-    given = file.control.model_dump(exclude_none=True)
-    _find_programs(given, source, allow_outside)
-    _check_tool_change(given.get("tool_change"), joints, source)
-    _check_ignored_words(given.get("ignore_words", ()), joints, source)
+    given = _control_keys(file, joints, source, allow_outside)
     reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
     mount = _tool_mount(file, own, reader)
@@ -58,9 +55,7 @@ def load_machine(
     clamped = job.bodies(links, [*links, *([mount.name] if mount else [])], job_reader)
     tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
-    members = [Member(b.name, b.link, LINK, _names(b.parts)) for b in own.values()]
-    members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped.values()]
-    members += [_tool_member(mount, table)] if mount else []
+    members = _members(own.values(), clamped.values(), mount, table)
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
     units = unit_findings(
@@ -91,6 +86,29 @@ def load_machine(
         path_tolerance=file.path_tolerance.model_dump(),
         time=file.time,
     )
+
+
+def _control_keys(
+    file: MachineFile, joints: Sequence[Joint], source: YamlFile, allow_outside: bool
+) -> dict[str, Any]:
+    """The keys of `control` that the file gives, its programs by the paths of their files."""
+    given = file.control.model_dump(exclude_none=True)
+    _find_programs(given, source, allow_outside)
+    _check_tool_change(given.get("tool_change"), joints, source)
+    _check_ignored_words(given.get("ignore_words", ()), joints, source)
+    return given
+
+
+def _members(
+    own: Iterable[Body],
+    clamped: Iterable[tuple[Body, str]],
+    mount: ToolMount | None,
+    table: Mapping[int, Tool] | None,
+) -> list[Member]:
+    """All bodies as partners of pairs: links, setup, tool."""
+    members = [Member(b.name, b.link, LINK, _names(b.parts)) for b in own]
+    members += [Member(b.name, b.link, role, _names(b.parts)) for b, role in clamped]
+    return members + ([_tool_member(mount, table)] if mount else [])
 
 
 def _shells(bodies: Iterable[Body], mount: ToolMount | None) -> Iterator[str]:

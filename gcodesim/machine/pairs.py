@@ -14,7 +14,7 @@ from gcodesim.machine.yaml_lines import YamlFile, suggest
 LINK, TOOL = "link", "tool"
 CUT = ("part", "stock")
 
-Side = tuple[str, tuple[str, ...] | None]
+PartsOfBody = tuple[str, tuple[str, ...] | None]
 """A body, and the parts of it that are meant; None: all."""
 
 
@@ -150,7 +150,9 @@ def _named_pairs(
     return pairs
 
 
-def _side(name: str, bodies: Mapping[str, Member], key: str, index: int, source: YamlFile) -> Side:
+def _side(
+    name: str, bodies: Mapping[str, Member], key: str, index: int, source: YamlFile
+) -> PartsOfBody:
     """Body and parts that one side of a pair of the file means: `C` or `C.table`."""
     body, _, part = name.partition(".")
     if body not in bodies:
@@ -162,7 +164,9 @@ def _side(name: str, bodies: Mapping[str, Member], key: str, index: int, source:
     return body, (part,) if part else None
 
 
-def _without(pair: Pair, first: Side, second: Side, bodies: Mapping[str, Member]) -> Iterator[Pair]:
+def _without(
+    pair: Pair, first: PartsOfBody, second: PartsOfBody, bodies: Mapping[str, Member]
+) -> Iterator[Pair]:
     """Yield what is left of a pair without some parts of the one body against some of the other."""
     if {pair.a, pair.b} != {first[0], second[0]}:
         yield pair
