@@ -174,7 +174,9 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def check(*args: str) -> Result:
-    return CliRunner().invoke(main, ["check", "--machine", "table_tilt", "--device", "cpu", *args])
+    # With the dialect named there is no note about it, which a baseline would take in too.
+    given = ["--machine", "table_tilt", "--dialect", "fanuc", "--device", "cpu"]
+    return CliRunner().invoke(main, ["check", *given, *args])
 
 
 def report(*args: str) -> dict:
