@@ -37,7 +37,10 @@ THIRD_PARTY = {
 }
 """Package -> the only files that may import it. What is not listed is imported nowhere."""
 
-TYPES = {
+FILES_AND_SIGNALS = {"input_file", "output_file", "interrupt"}
+"""How files are read and written, and what Ctrl-C does: the same for everybody."""
+
+TYPES = FILES_AND_SIGNALS | {
     *("constants", "errors", "findings.codes", "findings.fingerprints", "findings.meanings"),
     *("checking.options", "checking.verdict", "nc.program", "nc.control.readings"),
     *("checking.option_kinds", "checking.request", "findings.left_out", "findings.printing"),
@@ -72,12 +75,12 @@ LAYERS = {
     "api": TYPES | {"nc", "machine", "checking.flow", "policy"},
     "batch": TYPES
     | {"nc", "machine", "collision", "checking.flow", "policy", "report", "__init__"},
-    "starter": {"errors", "machine", "__init__"},
+    "starter": {"errors", "machine", "output_file", "__init__"},
     "study": TYPES | {"nc", "machine", "motion", "collision", "checking", "__init__"},
     "cli": TYPES
     | {"nc", "machine", "motion", "report", "policy", "study", "batch", "starter", "checking"}
     | {"findings.explain", "__init__"},
-    "__main__": {"cli"},
+    "__main__": {"cli", "interrupt", "checking.verdict"},
     "__init__": set(),
 }
 """Layer -> what it may import besides itself; the types import only types."""

@@ -16,6 +16,7 @@ from gcodesim.checking.option_kinds import Switch
 from gcodesim.checking.options import Option, OptionField, Options, options_of
 from gcodesim.checking.request import CheckRequest
 from gcodesim.errors import UsageError
+from gcodesim.input_file import read_bytes
 from gcodesim.machine.files import files_of
 from gcodesim.policy.baseline import read_baseline
 from gcodesim.policy.policy import Policy, policy_of
@@ -135,7 +136,7 @@ def model_digest(machine: str, setup: str | None, tools: str | None, baseline: s
     """Hash of the content of every file the answers depend on; UsageError, OSError."""
     digest = hashlib.sha256()
     for file in [*files_of(machine, setup, tools), *([Path(baseline)] if baseline else [])]:
-        content = file.read_bytes()
+        content = read_bytes(file)
         digest.update(f"{len(content)}\0".encode() + content)
     return digest.hexdigest()
 
@@ -144,7 +145,7 @@ def _keyed(job: Job, digest: Callable[..., str]) -> Job:
     """The job with size and key; what cannot be read has no key: it is never done already."""
     asked = job.asked
     try:
-        text = Path(job.program).read_bytes()
+        text = read_bytes(job.program)
         model = digest(job.machine, asked.setup, asked.tools, asked.baseline)
     except (UsageError, OSError):
         return job

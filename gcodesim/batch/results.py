@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,8 @@ from gcodesim.batch.records import Record, exit_code, is_done
 from gcodesim.checking.verdict import EXIT_CODES, worst_exit
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import INCONCLUSIVE
+from gcodesim.input_file import read_bytes
+from gcodesim.output_file import replacing
 
 SCHEMA = "gcodesim.batch/1"
 
@@ -88,7 +91,7 @@ def read_results(path: str) -> Results:
         UsageError: the file cannot be read, or holds something else.
     """
     try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines(keepends=True)
+        lines = read_bytes(path).decode("utf-8").splitlines(keepends=True)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -100,14 +103,33 @@ def read_results(path: str) -> Results:
         try:
             values = json.loads(line)
             if "schema" in values:
-                plan = RunPlan(values["jobs"], tuple(values["shard"]), values["version"])
+                plan = _plan_of(values)
             else:
                 records[identity(values)] = values
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             raise UsageError(f"{path}:{number}: no results of gcodesim batch: {error}") from None
     if plan is None:
         raise UsageError(f"{path}: no results of gcodesim batch: there is no plan in it")
     return Results(plan, records)
+
+
+@contextmanager
+def naming_damage(place: str) -> Iterator[None]:
+    """Errors of what is made from records say that they are damaged, or of another version."""
+    try:
+        yield
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        why = f"a record is damaged, or not of this version of gcodesim ({error!r})"
+        raise UsageError(f"{place}: {why}") from error
+
+
+def _plan_of(values: dict[str, Any]) -> RunPlan:
+    """The plan of a line of JSON; ValueError, KeyError or TypeError where it is none."""
+    for job in values["jobs"]:
+        if not all(isinstance(word, str) for word in identity(job)):
+            raise TypeError("a job is told by texts")
+    index, count = map(int, values["shard"])
+    return RunPlan(values["jobs"], (index, count), values["version"])
 
 
 def start_results(path: str, plan: RunPlan, *, resume: bool) -> Results:
@@ -123,7 +145,9 @@ def start_results(path: str, plan: RunPlan, *, resume: bool) -> Results:
         if not Path(path).is_file():
             raise UsageError(f"{path} is no file: --resume needs what an earlier run wrote")
         old = read_results(path).records
-        results = Results(plan, {name: record for name, record in old.items() if is_done(record)})
+        with naming_damage(path):
+            done = {name: record for name, record in old.items() if is_done(record)}
+        results = Results(plan, done)
         _cut_off_half_a_line(Path(path))
     with open(path, "a", encoding="utf-8") as out:
         print(plan.as_json(), file=out)
@@ -148,7 +172,7 @@ def write_results(path: str, results: Results) -> None:
             read_results(path)
         except UsageError as error:
             raise UsageError(f"--out would replace another kind of file: {error}") from error
-    with open(path, "w", encoding="utf-8") as out:
+    with replacing(path, "w", encoding="utf-8") as out:
         print(results.plan.as_json(), file=out)
         for record in results.done:
             print(json.dumps(record), file=out)

@@ -21,6 +21,7 @@ from gcodesim.batch.records import WORKER_LOST, Record, lost
 from gcodesim.checking.flow import check_program
 from gcodesim.collision.detector import load_kernels
 from gcodesim.collision.geometry.device import resolve_device
+from gcodesim.collision.geometry.kernel_cache import remarks
 from gcodesim.errors import UsageError
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
@@ -42,6 +43,8 @@ def serve(device: str) -> None:
     Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     try:
         load_kernels("search", resolve_device(device))
+        for remark in remarks():
+            print(f"gcodesim: {remark}", file=sys.stderr)
         # Modules stay for good: the collector, off while they were imported, need not look at them.
         gc.freeze()
         gc.enable()

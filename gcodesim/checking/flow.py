@@ -211,6 +211,7 @@ def _task(
     """
     from gcodesim.collision.detector import Task, load_kernels
     from gcodesim.collision.geometry.device import resolve_device
+    from gcodesim.collision.geometry.kernel_cache import remarks
     from gcodesim.collision.search.span_search import Aims
 
     device = resolve_device(options.device)
@@ -221,6 +222,8 @@ def _task(
         load_kernels(options.method, device, options.stop_all)
     finally:
         slow.cancel()
+        for remark in remarks():
+            notice(remark)
     aims = Aims(
         between=options.between and options.method == "search",
         clearance=options.clearance,

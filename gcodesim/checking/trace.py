@@ -12,6 +12,7 @@ from gcodesim.constants import PS_PER_S
 from gcodesim.machine.model import Machine
 from gcodesim.motion.path import Path
 from gcodesim.motion.servo import lagged_positions
+from gcodesim.output_file import replacing
 
 CHUNK, ROWS = 1 << 20, 1 << 14
 """Instants whose positions are found at once, and rows that are written at once."""
@@ -70,10 +71,13 @@ def write_csv(trace: Trace, out: TextIO) -> None:
 def write_npz(trace: Trace, file: str) -> None:
     """Write the columns time_s, line, axes (names) and positions (m, axes) as a NumPy archive."""
     times = trace.times_ps
-    np.savez_compressed(
-        file,
-        time_s=times / PS_PER_S,
-        line=trace.lines(times) if len(times) else np.zeros(0, np.int32),
-        axes=np.array(trace.path.joints),
-        positions=trace.positions(times) if len(times) else np.zeros((0, len(trace.path.joints))),
-    )
+    with replacing(file) as out:
+        np.savez_compressed(
+            out,
+            time_s=times / PS_PER_S,
+            line=trace.lines(times) if len(times) else np.zeros(0, np.int32),
+            axes=np.array(trace.path.joints),
+            positions=trace.positions(times)
+            if len(times)
+            else np.zeros((0, len(trace.path.joints))),
+        )

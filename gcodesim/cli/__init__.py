@@ -11,7 +11,7 @@ from typing import Any
 
 import click
 
-from gcodesim import __version__
+from gcodesim import __version__, interrupt
 from gcodesim.checking.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
 from gcodesim.cli.batch import batch, merge
 from gcodesim.cli.check import check
@@ -23,6 +23,8 @@ from gcodesim.cli.pictures import view
 from gcodesim.cli.tracing import trace
 from gcodesim.errors import UsageError
 
+NO_MEMORY = "there is not enough memory for this: check shorter programs, or fewer at a time"
+
 
 def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
     """Turn errors and Ctrl-C into their exit codes: a crash must not look like FAIL, which is 1."""
@@ -30,15 +32,19 @@ def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
     @functools.wraps(command)
     def run(*args: Any, **kwargs: Any) -> Any:
         try:
-            return command(*args, **kwargs)
-        except (click.ClickException, click.exceptions.Exit, click.Abort, BrokenPipeError):
+            with interrupt.caught():
+                return command(*args, **kwargs)
+        except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
         except (UsageError, OSError) as error:
             click.echo(f"gcodesim: {error}", err=True)
             sys.exit(USAGE_EXIT)
         except KeyboardInterrupt:
-            click.echo("gcodesim: interrupted; what has no report is not decided", err=True)
+            interrupt.say()
             sys.exit(INTERRUPT_EXIT)
+        except MemoryError:
+            click.echo(f"gcodesim: {NO_MEMORY}", err=True)
+            sys.exit(USAGE_EXIT)
         except Exception as error:
             if isinstance(error, UnicodeEncodeError) and sys.getfilesystemencoding() != "utf-8":
                 why = "this locale knows no such characters: set PYTHONUTF8=1"

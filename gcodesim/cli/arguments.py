@@ -182,6 +182,8 @@ def read_text(path: str) -> tuple[str, str]:
     from gcodesim.nc.lines import decode, read_program
 
     if path == "-":
+        if sys.stdin is None:
+            raise UsageError("-: standard input is closed")
         return "<stdin>", decode(sys.stdin.buffer.read())
     return path, read_program(path)
 

@@ -21,6 +21,7 @@ from gcodesim.cli.reports import Destination, parse_destinations, report_files, 
 from gcodesim.cli.run_options import BATCH, MERGE, RunOptions, run_options
 from gcodesim.cli.settings import make_plans, tell_skipped
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_text
 
 if TYPE_CHECKING:
     from gcodesim.batch.jobs import Job
@@ -56,17 +57,19 @@ def batch(patterns: tuple[str, ...], **given: object) -> None:
 @every_option(MERGE)
 def merge(files: tuple[str, ...], **given: object) -> None:
     """Join RESULTS of the parts of a batch; a part that is missing is INCONCLUSIVE."""
-    from gcodesim.batch.results import merge_results, write_results
+    from gcodesim.batch.results import merge_results, naming_damage, write_results
 
     run = run_options(given)
     destinations = parse_destinations(run.report)
     results = merge_results(files)
     claim([*_files(run), *report_files(destinations)], _inputs_of_merge(files, results))
-    if run.out:
-        with writing(f"--out {run.out}"):
-            write_results(run.out, results)
-    _show(results, run, destinations)
-    sys.exit(results.exit_code)
+    with naming_damage(", ".join(files)):
+        code = results.exit_code
+        if run.out:
+            with writing(f"--out {run.out}"):
+                write_results(run.out, results)
+        _show(results, run, destinations)
+    sys.exit(code)
 
 
 def _batch(plans: Sequence[CheckPlan]) -> int:
@@ -209,6 +212,6 @@ def _show(results: Results, run: RunOptions, destinations: Sequence[Destination]
         options = shared_options([*results.done, *results.missing])
         page = overview_page(rows, results.plan.version, options, Path(html).parent)
         with writing(f"--html {html}"):
-            Path(html).write_text(page, encoding="utf-8", errors="replace")
+            write_text(html, page, errors="replace")
     if destinations:
         write_reports(outcome_of(*parts), "text", destinations)

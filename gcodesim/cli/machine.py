@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import click
 
 from gcodesim.cli.arguments import options_named
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_text
 
 KINDS = ("table-table", "head-table", "head-head", "three-axis")
 """Keys of machine.generic.MACHINES: that module is imported only where it is needed."""
@@ -115,9 +117,8 @@ def import_(path: str, out: str | None) -> None:
 def _write(path: str, text: str) -> None:
     """Write a new file; UsageError when there is one."""
     try:
-        with Path(path).open("x", encoding="utf-8") as file:
-            file.write(text)
-    except FileExistsError:
-        raise UsageError(f"{path}: there is such a file already; name another") from None
+        if os.path.lexists(path):
+            raise UsageError(f"{path}: there is such a file already; name another")
+        write_text(path, text)
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

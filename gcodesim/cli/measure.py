@@ -12,6 +12,7 @@ import click
 
 from gcodesim.cli.arguments import machine_option, options_named, progress_bar
 from gcodesim.cli.outputs import Output, claim, model_files, writing
+from gcodesim.output_file import replacing, write_text
 
 WIDTH = 160
 """Columns that the tables of a study take."""
@@ -44,12 +45,12 @@ def write_figures(
 ) -> None:
     """Write the figures of a measurement as JSON and as rows, where asked for."""
     if json_path:
-        with writing(f"--json {json_path}"), open(json_path, "w", encoding="utf-8") as out:
-            out.write(json.dumps(report, indent=1) + "\n")
+        with writing(f"--json {json_path}"):
+            write_text(json_path, json.dumps(report, indent=1) + "\n")
     if csv_path:
         with (
             writing(f"--csv {csv_path}"),
-            open(csv_path, "w", encoding="utf-8", newline="") as out,
+            replacing(csv_path, "w", encoding="utf-8", newline="") as out,
         ):
             write_rows(report, out)
 

@@ -15,6 +15,7 @@ import click
 
 from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_bytes
 
 if TYPE_CHECKING:
     from gcodesim.checking.verdict import CheckResult
@@ -119,7 +120,7 @@ class Pictures:
         """Write one file of a check; UsageError."""
         file = self._file(getattr(self, option), name)
         with writing(f"--{option} {file}"):
-            file.write_bytes(content)
+            write_bytes(file, content)
 
     def _file(self, asked: str, name: str) -> Path:
         """The file of one check: of several, its name is put before the ending."""

@@ -12,6 +12,7 @@ import click
 
 from gcodesim.cli.outputs import Output, writing
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_text
 from gcodesim.report.outcome import FORMATS, RunOutcome
 
 if TYPE_CHECKING:
@@ -95,16 +96,13 @@ def write_reports(run: RunOutcome, on_stdout: str, destinations: Sequence[Destin
         if destination.path == STDOUT:
             click.echo(text, nl=False)
         else:
+            # Names of files may hold bytes that are no text.
             with writing(destination.asked):
-                _write(destination.path, text, "w")
+                write_text(destination.path, text, errors="replace")
     if summary := _summary_file(destinations, on_stdout):
         from gcodesim.report.github import summary as summed_up
 
         with writing(f"GITHUB_STEP_SUMMARY {summary}"):
-            _write(summary, summed_up(run), "a")
-
-
-def _write(path: str, text: str, mode: Literal["w", "a"]) -> None:
-    # Names of files may hold bytes that are no text.
-    with open(path, mode, encoding="utf-8", errors="replace", newline="\n") as file:
-        file.write(text)
+            how = {"encoding": "utf-8", "errors": "replace", "newline": "\n"}
+            with open(summary, "a", **how) as file:
+                file.write(summed_up(run))

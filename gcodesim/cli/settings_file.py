@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim.errors import UsageError
+from gcodesim.input_file import read_text
 
 OWN_FILE, PROJECT_FILE = "gcodesim.toml", "pyproject.toml"
 TABLE = ("tool", "gcodesim")
@@ -145,12 +146,12 @@ def _nearest(folder: Path) -> Path | None:
 def _read_table(file: Path) -> dict[str, Any] | None:
     """The settings of a file; None for a project file without any."""
     try:
-        data = tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        data = tomllib.loads(read_text(file))
     except OSError as error:
         raise UsageError(f"{file}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise UsageError(f"{file}: not UTF-8 text: byte {error.start}") from error
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{file}: no valid TOML: {error}") from error
     if file.name != PROJECT_FILE:
         return data
@@ -166,7 +167,7 @@ def _lines(file: Path) -> dict[Keys, int]:
     lines: dict[Keys, int] = {}
     counts: Counter[Keys] = Counter()
     table: Keys = ()
-    for line, text, values in _statements(file.read_text(encoding="utf-8-sig")):
+    for line, text, values in _statements(read_text(file)):
         if text.startswith("["):
             table = keys = _table(values, counts)
         else:

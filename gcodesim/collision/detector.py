@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
+from types import ModuleType
 
 import numpy as np
 import warp as wp
@@ -21,6 +22,7 @@ from gcodesim.collision.bounds import chords
 from gcodesim.collision.bounds.departure import SampleStep, largest_step
 from gcodesim.collision.bounds.motion_bounds import travelled
 from gcodesim.collision.forbidden import Touches, TouchOrder, forbidden_touches
+from gcodesim.collision.geometry import kernel_cache
 from gcodesim.collision.geometry.poses import PathArrays, path_arrays
 from gcodesim.collision.instants import touches
 from gcodesim.collision.instants.contact import touching_triangles
@@ -29,6 +31,7 @@ from gcodesim.collision.instants.work import WorkCounts
 from gcodesim.collision.search import depths, lasting, search_kernel
 from gcodesim.collision.search.events import Contact, SpanContext
 from gcodesim.collision.search.span_search import Aims, SpanFindings, search_span
+from gcodesim.errors import UsageError
 from gcodesim.machine.flutes import above_flute, smaller_flute
 from gcodesim.machine.kinematics import world_from_link
 from gcodesim.machine.model import Body, Joint, Machine, Pair
@@ -111,20 +114,35 @@ def load_kernels(method: str, device: str, stop_all: bool = False) -> tuple[str,
     if method == "paper":
         from gcodesim.collision.baseline import paper  # no other check has a use for it
 
-        wp.load_module(paper, device=device)
+        _load(paper, device)
         return ("paper",)
-    wp.load_module(touches, device=device)
+    _load(touches, device)
     if method != "search":
         return ("touches",)
-    wp.load_module(chords, device=device)
-    wp.load_module(search_kernel, device=device)
-    wp.load_module(tree_kernel, device="cpu")
+    _load(chords, device)
+    _load(search_kernel, device)
+    _load(tree_kernel, "cpu")
     names = ("touches", "chords", "search_kernel", "tree_kernel")
     if not stop_all:
         return names
-    wp.load_module(lasting, device=device)
-    wp.load_module(depths, device=device)
+    _load(lasting, device)
+    _load(depths, device)
     return (*names, "lasting", "depths")
+
+
+def _load(module: ModuleType, device: str) -> None:
+    """Load the kernels of a module; what Warp cannot load from its cache is built again, once."""
+    try:
+        wp.load_module(module, device=device)
+    except Exception as error:  # of whatever LLVM or CUDA met
+        kernel_cache.start_anew(error)
+        wp.get_module(module.__name__).unload()
+        try:
+            wp.load_module(module, device=device)
+        except Exception as second:
+            why = " ".join(str(second).split())
+            raise UsageError(f"the kernels of gcodesim cannot be compiled: {why}") from second
+    kernel_cache.seal()
 
 
 def detect(task: Task) -> Detection:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gcodesim.constants import LARGEST_NUMBER, THIN_TRIANGLE
 from gcodesim.errors import ModelError
 from gcodesim.findings.codes import Finding
+from gcodesim.input_file import read_bytes, refuse_odd
 from gcodesim.machine.mesh_counts import refuse_unreadable
 
 Array = NDArray[np.float64]
@@ -77,9 +78,9 @@ def read_mesh(path: Path, unit: str = "mm", *, shell: bool = False) -> Mesh:
 def _read_triangles(path: Path) -> Array:
     """Triangles as drawn, (n, 3, 3) in the unit of the file."""
     try:
+        refuse_odd(path)
         if path.suffix.lower() == ".stl":
-            return _read_stl(path, path.read_bytes())
-        path.open("rb").close()
+            return _read_stl(path, read_bytes(path))
         refuse_unreadable(path)
     except OSError as error:
         raise ModelError(f"the mesh cannot be read: {error.strerror}", str(path)) from error
@@ -132,6 +133,9 @@ def _read_with_trimesh(path: Path) -> Array:
             warnings.simplefilter("ignore")
             mesh = trimesh.load_mesh(path, process=False)
         corners = np.asarray(mesh.vertices, dtype=np.float64)
+        if corners.ndim != 2 or corners.shape[1] != 3:
+            # Lines of more or fewer numbers than three: trimesh puts them side by side.
+            raise ValueError(f"its points have {corners.shape[-1]} coordinates, not 3")
         return corners[np.asarray(mesh.faces, dtype=np.int64).reshape(-1, 3)]
     except ImportError as error:
         text = "there is no reader for it here: export the mesh as binary STL"

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gcodesim.constants import TOUCHING_MM
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import read_text
 from gcodesim.machine import shapes
 from gcodesim.machine.bodies import PartReader
 from gcodesim.machine.kinematics import rotation_from_z
@@ -101,7 +102,7 @@ def read_tool_table(path: Path) -> dict[int, Tool]:
     It gives length and diameter only: the flute is a cylinder, and the holder stays unchecked.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
+import reprlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import yaml
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import read_text
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -26,13 +28,30 @@ DEPTH_LIMIT = 32
 """Deepest nesting of a file; an alias that contains itself ends here."""
 
 
-_COLLECTIONS = ("tag:yaml.org,2002:map", "tag:yaml.org,2002:seq")
+_TAGS = {
+    kind: {f"tag:yaml.org,2002:{name}" for name in names.split()}
+    for kind, names in (
+        (yaml.MappingNode, "map"),
+        (yaml.SequenceNode, "seq"),
+        (yaml.ScalarNode, "str int float bool null"),
+    )
+}
+"""The tags that a node may have: those of plain values, which need not be written."""
 
 
 class _Loader(yaml.SafeLoader):
     """SafeLoader with the plain scalars of YAML 1.2: 1e3 is a number, `on` and 1:30 are words."""
 
     yaml_implicit_resolvers = {}  # noqa: RUF012 (declared so by PyYAML)
+    composed = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Read one node; a file of millions would take minutes before it is looked at."""
+        self.composed += 1
+        if self.composed > NODE_LIMIT:
+            text = f"more than {NODE_LIMIT} values"
+            raise yaml.MarkedYAMLError(problem=text, problem_mark=self.peek_event().start_mark)
+        return super().compose_node(parent, index)
 
 
 for _tag, _pattern, _first in (
@@ -130,7 +149,7 @@ def read_yaml(path: Path) -> YamlFile:
         ModelError: it is no YAML, or repeats a key, or is nested or aliased beyond the limits.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -171,20 +190,20 @@ class _Walk:
             )
         if len(key) > DEPTH_LIMIT:
             raise self._error(f"nested deeper than {DEPTH_LIMIT}", node, key[:3])
-        if isinstance(node, yaml.CollectionNode) and node.tag not in _COLLECTIONS:
+        if node.tag not in _TAGS[type(node)]:
             raise self._error(f"unknown tag {node.tag}", node, key)
         if isinstance(node, yaml.MappingNode):
             return self._mapping(loader, node, key)
         if isinstance(node, yaml.SequenceNode):
             return [self._item(loader, item, (*key, str(i))) for i, item in enumerate(node.value)]
-        return loader.construct_object(node)
+        return self._scalar(loader, node, key)
 
     def _mapping(self, loader: _Loader, node: yaml.MappingNode, key: KeyPath) -> dict[Any, Any]:
         values: dict[Any, Any] = {}
         for name_node, item in node.value:
             if not isinstance(name_node, yaml.ScalarNode):
                 raise self._error("a key must be a plain word or number", name_node, key)
-            name = loader.construct_object(name_node)
+            name = self._scalar(loader, name_node, key)
             place = (*key, str(name))
             if name in values:
                 first = self.lines.get(place, "an earlier one")
@@ -192,6 +211,15 @@ class _Walk:
             self.lines[place] = name_node.start_mark.line + 1
             values[name] = self.value(loader, item, place)
         return values
+
+    def _scalar(self, loader: _Loader, node: yaml.Node, key: KeyPath) -> Any:
+        if node.tag not in _TAGS[yaml.ScalarNode]:
+            raise self._error(f"unknown tag {node.tag}", node, key)
+        try:
+            return loader.construct_object(node)
+        except (KeyError, ValueError):  # `!!bool perhaps`, `!!int x`, a number of 5000 digits
+            kind, text = node.tag.rpartition(":")[2], reprlib.repr(node.value)
+            raise self._error(f"no {kind}: {text}", node, key) from None
 
     def _item(self, loader: _Loader, node: yaml.Node, key: KeyPath) -> Any:
         self.lines[key] = node.start_mark.line + 1

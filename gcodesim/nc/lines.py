@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.errors import UsageError
+from gcodesim.input_file import read_bytes
 
 CHUNK = 1 << 22
 """Bytes looked at in one step: small enough for its arrays to stay small."""
@@ -38,7 +39,7 @@ def read_program(path: str | Path) -> str:
         UsageError: the file cannot be read.
     """
     try:
-        return decode(Path(path).read_bytes())
+        return decode(read_bytes(path))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
 

@@ -15,6 +15,8 @@ from gcodesim.constants import DEPTH_SLACK
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FORMER_CODES, Finding
 from gcodesim.findings.fingerprints import fingerprints
+from gcodesim.input_file import read_bytes
+from gcodesim.output_file import write_text
 
 SCHEMA = "gcodesim.baseline/2"
 FORMER_SCHEMA = "gcodesim.baseline/1"
@@ -114,7 +116,7 @@ class Baseline:
         ]
         text = json.dumps({"schema": SCHEMA, "entries": rows}, indent=2) + "\n"
         try:
-            Path(self.path).write_text(text, encoding="utf-8")
+            write_text(self.path, text)
         except OSError as error:
             raise UsageError(f"{self.path}: cannot be written: {error.strerror}") from error
 
@@ -183,13 +185,13 @@ def read_baseline(path: str, *, may_be_new: bool = False) -> Baseline:
     if may_be_new and not Path(path).exists():
         return Baseline(path, {})
     try:
-        data = json.loads(Path(path).read_text(encoding="utf-8"))
+        data = json.loads(read_bytes(path).decode("utf-8"))
     except FileNotFoundError as error:
         makes = f"`gcodesim check PROGRAM... --baseline {path} --update-baseline` makes it"
         raise UsageError(f"{path}: there is no such file: {makes}") from error
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise UsageError(f"{path}: no JSON: {error}") from error
     if not isinstance(data, dict) or data.get("schema") not in (SCHEMA, FORMER_SCHEMA):
         raise UsageError(f"{path}: schema: expected {SCHEMA!r}, as --update-baseline writes")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gcodesim.checking.replay import posed
 from gcodesim.checking.verdict import FirstContact
+from gcodesim.output_file import write_bytes
 from gcodesim.report.moment import Moment, nearest, touching
 from gcodesim.report.raster import (
     CELL,
@@ -188,7 +189,7 @@ def with_snapshot(result: CheckResult, file: str) -> CheckResult:
         moment = touching(shown)
     else:
         moment = nearest(shown, replay, result.device)
-    Path(file).write_bytes(snapshot(replay.machine, moment, result.device))
+    write_bytes(file, snapshot(replay.machine, moment, result.device))
     return replace(result, pictures=(*result.pictures, file))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gcodesim.errors import UsageError
+from gcodesim.output_file import replacing
 from gcodesim.report.study_report import verdict_of
 
 COLUMNS = 2
@@ -61,7 +62,8 @@ def plot_accuracy(report: dict[str, Any], path: str) -> None:
     title = f"Error against run time on {report['cpu']}, {report['date'][:10]}"
     figure.legend(handles, labels, title=title, loc="outside upper center", ncols=len(STYLES))
     FigureCanvasAgg(figure)
-    figure.savefig(path, dpi=100, format="png", metadata={"Software": report["schema"]})
+    with replacing(path) as file:
+        figure.savefig(file, dpi=100, format="png", metadata={"Software": report["schema"]})
 
 
 def _work(row: dict[str, Any]) -> float:

@@ -7,6 +7,7 @@ from pathlib import Path
 from gcodesim import __version__
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of, find_machine
+from gcodesim.output_file import write_bytes
 
 MACHINE = "table_tilt"
 
@@ -34,7 +35,7 @@ def write_project(folder: str) -> list[str]:
     for name, content in contents.items():
         path = Path(folder) / name
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
+        write_bytes(path, content)
     return list(contents)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import warp as wp
 from numpy.typing import NDArray
 
+from gcodesim.collision.geometry.kernel_cache import start_warp
 from gcodesim.errors import UsageError
 
 wp.config.log_level = wp.LOG_ERROR
@@ -20,7 +21,7 @@ def _start_quietly() -> None:
     saved, void = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     os.dup2(void, 2)
     try:
-        wp.init()
+        start_warp()
     finally:
         os.dup2(saved, 2)
         os.close(saved)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import TEXT_BYTES, read_bytes, read_text
 from gcodesim.machine.formats.imported import Imported
 from gcodesim.machine.yaml_lines import suggest
 
@@ -181,7 +182,7 @@ def read_ini(path: str) -> IniFile:
 def _lines(path: Path, depth: int) -> Iterator[tuple[str, int, str]]:
     """Yield every line without indentation, those of included files in their place."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -258,7 +259,7 @@ def _pins(ini: IniFile, name: str) -> dict[str, float]:
     for file in ini.values("HAL", "HALFILE"):
         beside = Path(ini.path).parent / file.split()[0] if file else None
         if beside and beside.suffix == ".hal" and beside.is_file():
-            commands += beside.read_text(encoding="utf-8", errors="replace").splitlines()
+            commands += read_bytes(beside, TEXT_BYTES).decode(errors="replace").splitlines()
     commands += ini.values("HAL", "HALCMD")
     net_of: dict[str, str] = {}
     settings: dict[str, str] = {}

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import TEXT_BYTES, read_bytes
 from gcodesim.machine.formats.imported import Imported, number, plain_name
 from gcodesim.machine.kinematics import rotation
 
@@ -150,7 +151,7 @@ def import_urdf(path: str, folder: str) -> Imported:
 def read_urdf(path: str, folder: str) -> Document:
     """Parse the XML, refusing entities; UsageError or ModelError when that cannot be done."""
     try:
-        data = Path(path).read_bytes()
+        data = read_bytes(path, TEXT_BYTES)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     builder, lines, parser = TreeBuilder(), {}, expat.ParserCreate()
