@@ -133,7 +133,7 @@ class WordSwitch(click.Choice[str]):
 
 def period(text: str) -> int:
     """A time with its unit, `0.1ms`, `100us` or `1e-4s`, as a count of picoseconds."""
-    match = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)
+    match = re.fullmatch(r"\s*((?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d{1,2})?)\s*(s|ms|us)\s*", text)
     count = round(float(match[1]) * UNITS_PS[match[2]]) if match else 0
     if not Period().fits(count):
         raise click.BadParameter(f"{text!r}: expected a time from 1us to 10s, such as 0.1ms")

@@ -6,7 +6,7 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import click
 
@@ -39,7 +39,7 @@ CSV = click.option("--csv", "csv_path", type=OUT, metavar="FILE", help="Write al
 
 def write_figures(
     report: dict[str, Any],
-    write_rows: Callable[[dict[str, Any], TextIO], None],
+    write_rows: Callable[[dict[str, Any], Any], None],
     csv_path: str | None,
     json_path: str | None = None,
 ) -> None:

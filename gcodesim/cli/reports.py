@@ -102,7 +102,6 @@ def write_reports(run: RunOutcome, on_stdout: str, destinations: Sequence[Destin
     if summary := _summary_file(destinations, on_stdout):
         from gcodesim.report.github import summary as summed_up
 
-        with writing(f"GITHUB_STEP_SUMMARY {summary}"):
-            how = {"encoding": "utf-8", "errors": "replace", "newline": "\n"}
-            with open(summary, "a", **how) as file:
-                file.write(summed_up(run))
+        how = {"encoding": "utf-8", "errors": "replace"}
+        with writing(f"GITHUB_STEP_SUMMARY {summary}"), open(summary, "ab") as file:
+            file.write(summed_up(run).encode(**how))

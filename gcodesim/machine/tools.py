@@ -16,7 +16,7 @@ from gcodesim.machine.model import Part, Tool, ToolMount
 from gcodesim.machine.schema import FluteSpec, ToolsFile, ToolSpec, TurnedSpec
 from gcodesim.machine.yaml_lines import read_yaml
 
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*", re.IGNORECASE)
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*", re.IGNORECASE)
 _TABLE_LETTERS = "TPXYZABCUVWDIJQ"
 
 

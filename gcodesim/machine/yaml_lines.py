@@ -28,13 +28,13 @@ DEPTH_LIMIT = 32
 """Deepest nesting of a file; an alias that contains itself ends here."""
 
 
-_TAGS = {
-    kind: {f"tag:yaml.org,2002:{name}" for name in names.split()}
-    for kind, names in (
-        (yaml.MappingNode, "map"),
-        (yaml.SequenceNode, "seq"),
-        (yaml.ScalarNode, "str int float bool null"),
-    )
+_TAGS: dict[type[yaml.Node], frozenset[str]] = {
+    kind: frozenset(f"tag:yaml.org,2002:{name}" for name in names.split())
+    for kind, names in {
+        yaml.MappingNode: "map",
+        yaml.SequenceNode: "seq",
+        yaml.ScalarNode: "str int float bool null",
+    }.items()
 }
 """The tags that a node may have: those of plain values, which need not be written."""
 
@@ -50,7 +50,7 @@ class _Loader(yaml.SafeLoader):
         self.composed += 1
         if self.composed > NODE_LIMIT:
             text = f"more than {NODE_LIMIT} values"
-            raise yaml.MarkedYAMLError(problem=text, problem_mark=self.peek_event().start_mark)
+            raise yaml.MarkedYAMLError(problem=text, problem_mark=parent.start_mark)
         return super().compose_node(parent, index)
 
 

@@ -43,8 +43,12 @@ O_WORD = re.compile(
     re.IGNORECASE,
 )
 
+BRACKETS = r"\[(?:[^\[\]]|\[(?:[^\[\]]|\[(?:[^\[\]]|\[[^\[\]]*+\])*+\])*+\])*+\]"
+"""An expression with brackets in it; `.*` between them would try out every pair of a line."""
+
 BLOCK = re.compile(
-    r"[/%:]?(?:[A-Z@^](?:[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)|[+-]?\[.*\]|[+-]?#[0-9]+))*|#[0-9]+=.*",
+    r"[/%:]?(?:[A-Z@^][+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+|#[0-9]+|" + BRACKETS + r"))*"
+    r"|#[0-9]+=.*",
     re.IGNORECASE,
 )
 """A block of words, without comments and blanks."""

@@ -12,7 +12,7 @@ from gcodesim.policy.rules import Rule, parse_prefix
 
 COMMENT = re.compile(r"[(;][ \t]*gcodesim:([^()\n]*)", re.IGNORECASE)
 REASON = re.compile(r"\breason\s*=", re.IGNORECASE)
-DEPTH = re.compile(r"\bdepth\s*=\s*(\d+\.?\d*|\.\d+)(?![\d.])", re.IGNORECASE)
+DEPTH = re.compile(r"\bdepth\s*=\s*(\d+(?:\.\d*)?|\.\d+)(?![\d.])", re.IGNORECASE)
 RIGHT = "write (gcodesim: ignore GC201 reason=why), or ignore GC102 depth=0.05 reason=why"
 
 

@@ -25,7 +25,7 @@ WARM = 100
 """Checks until everything is loaded that stays."""
 
 MOST_MB_PER_1000 = 5.0
-"""Growth that counts as flat [MB per 1,000 checks]: what an allocator scatters, not what is kept."""
+"""Growth that counts as flat [MB per 1,000 checks]: an allocator scatters so much."""
 
 PROGRAM = """G21 G90 G17 G54 G0 T1 M6
 S1000 M3

@@ -1,5 +1,4 @@
-"""The folder of compiled kernels: what is damaged in it is built again, and where it cannot be
-written another takes its place.
+"""The folder of compiled kernels: what is damaged is built again, another replaces a locked one.
 
 Warp loads whatever lies there under the right name. Beside each object file lies its checksum.
 """

@@ -29,7 +29,7 @@ ALWAYS: dict[str, Callable[[Evaluate, Evaluate], Evaluate]] = {
 
 Join = Callable[[float | None, float | None], float]
 
-NUMBER = re.compile(r"[0-9]+\.?[0-9]*|\.[0-9]+")
+NUMBER = re.compile(r"[0-9]+(?:\.[0-9]*)?|\.[0-9]+")
 NAME = re.compile(r"<([^<>]*)>")
 FUNCTION = re.compile(r"(" + "|".join(FUNCTIONS) + r")(?=\[)")
 MAX_DEPTH = 50

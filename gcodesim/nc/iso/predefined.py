@@ -73,7 +73,7 @@ PREDEFINED: dict[str, Known] = {
 """Name in capitals -> its value."""
 
 OUTSIDE = re.compile(
-    r"_(?:HAL|INI)\[.*\].*|_(?:VMAJOR|VMINOR|TASK|CALL_LEVEL|REMAP_LEVEL|CURRENT_POCKET"
+    r"_(?:HAL|INI)\[[^\]]*\].*|_(?:VMAJOR|VMINOR|TASK|CALL_LEVEL|REMAP_LEVEL|CURRENT_POCKET"
     r"|SELECTED_POCKET|MIST|FLOOD|SPEED_OVERRIDE|FEED_OVERRIDE|ADAPTIVE_FEED|FEED_HOLD)"
 )
 """Names whose values only the running control has."""

@@ -10,7 +10,7 @@ from gcodesim.nc.iso.expressions import NAME, Evaluate, Parser
 from gcodesim.nc.iso.macro_rules import MacroRules
 from gcodesim.nc.iso.parameters import ExpressionError, Parameters
 
-WORD = re.compile(r"([A-Z@^$])([+-]?([0-9]+\.?[0-9]*|\.[0-9]+))?")
+WORD = re.compile(r"([A-Z@^$])([+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+))?")
 NUMBERS = re.compile(r"([0-9.]++)")
 """Numbers, and what only looks like one: 1.2.3."""
 

@@ -9,7 +9,7 @@ from gcodesim.nc.lines import TAPE_CHARACTERS, Lines
 BLANKS = " \t" + TAPE_CHARACTERS
 DROPPED = str.maketrans(dict.fromkeys(map(ord, BLANKS)))
 COMMENT = re.compile(r"\([^()]*\)|;.*")
-BLOCK = re.compile(r"(?:/[1-9]?)?(?:[A-Z][+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))*")
+BLOCK = re.compile(r"(?:/[1-9]?)?(?:[A-Z][+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+))*")
 """A block of words, without blanks, in capitals."""
 
 CODE = re.compile(r"[GMO:][0-9]")
