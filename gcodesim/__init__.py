@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in typing, which takes its time to import
 if TYPE_CHECKING:
+    from typing import Any
+
     from gcodesim.api import check
     from gcodesim.checking.options import Options
     from gcodesim.checking.verdict import CheckResult as Report
@@ -38,5 +38,7 @@ def __getattr__(name: str) -> Any:
     # NumPy and Warp take their time to import: each name is loaded only when it is asked for.
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
     module, attribute = _HOMES[name]
     return getattr(import_module(module), attribute)

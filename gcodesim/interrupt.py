@@ -1,15 +1,19 @@
-"""Ends the program at Ctrl-C with one line and exit code 130, imports and native code included."""
+"""Ends the program at Ctrl-C with one line and exit code 130, imports and native code included.
+
+It is the first thing that is imported, and imports next to nothing: what comes before hears of no
+handler.
+"""
 
 from __future__ import annotations
 
+import _signal as signal  # type: ignore[import-not-found] # `signal` imports ten times as long
 import os
-import signal
 import sys
-import threading
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from types import FrameType
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import FrameType, TracebackType
 
 EXIT = 130
 MESSAGE = "gcodesim: interrupted; what has no report is not decided"
@@ -26,9 +30,11 @@ class _Watch:
         armed: this is a command of its own, not a library in another program.
         tidying: the command catches KeyboardInterrupt, and tidies up then.
         said: the message is out.
+        last: what is done before the process ends at once.
     """
 
     armed = tidying = said = False
+    last: list[Callable[[], None]] = []  # noqa: RUF012 (there is one)
 
 
 def arm() -> None:
@@ -37,7 +43,13 @@ def arm() -> None:
         return
     _Watch.armed = True
     signal.signal(signal.SIGINT, _on_signal)
-    if hasattr(os, "set_blocking"):
+
+
+def watch() -> None:
+    """End the process too when the main thread is busy elsewhere; opens files: call it late."""
+    if _Watch.armed and hasattr(os, "set_blocking"):
+        import threading
+
         heard, told = os.pipe()
         os.set_blocking(told, False)
         signal.set_wakeup_fd(told, warn_on_full_buffer=False)
@@ -51,22 +63,31 @@ def disarm() -> None:
         signal.set_wakeup_fd(-1)
 
 
-@contextmanager
-def caught() -> Iterator[None]:
-    """Raise KeyboardInterrupt at Ctrl-C while the enclosed block runs."""
-    _Watch.tidying = True
-    try:
-        yield
-    finally:
+class Caught:
+    """Raises KeyboardInterrupt at Ctrl-C while the enclosed block runs."""
+
+    def __enter__(self) -> None:
+        _Watch.tidying = True
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         _Watch.tidying = False
+
+
+def before_end(action: Callable[[], None]) -> None:
+    """Have something done before the process ends at once; it must not raise."""
+    _Watch.last.append(action)
 
 
 def say() -> None:
     """Print the message, once."""
     if not _Watch.said:
         _Watch.said = _Watch.armed
-        with suppress(OSError):
-            print(MESSAGE, file=sys.stderr, flush=True)
+        print(MESSAGE, file=sys.stderr, flush=True)
 
 
 def _on_signal(number: int, frame: FrameType | None) -> None:
@@ -78,17 +99,20 @@ def _on_signal(number: int, frame: FrameType | None) -> None:
 
 def _wait(heard: int) -> None:
     """End the process when the main thread does not, a while after a signal was heard."""
+    import time
+
     os.read(heard, 1)
     time.sleep(PATIENCE_S)
     _end()
 
 
 def _end() -> None:
-    from gcodesim.output_file import discard_unfinished
-
-    discard_unfinished()
+    for action in _Watch.last:
+        action()
     if not _Watch.said:
         _Watch.said = True
-        with suppress(OSError):  # sys.stderr may be in the middle of a write
-            os.write(2, f"{MESSAGE}\n".encode())
+        try:  # noqa: SIM105 (contextlib may be half imported)
+            os.write(2, f"{MESSAGE}\n".encode())  # sys.stderr may be in the middle of a write
+        except OSError:
+            pass
     os._exit(EXIT)

@@ -10,6 +10,8 @@ from itertools import count
 from pathlib import Path
 from typing import IO, Any
 
+from gcodesim.interrupt import before_end
+
 _numbers = count(1)
 _unfinished: set[Path] = set()
 
@@ -55,11 +57,14 @@ def write_text(path: str | Path, text: str, errors: str = "strict") -> None:
         file.write(text)
 
 
-def discard_unfinished() -> None:
-    """Remove what is only half written: the process is about to end at once."""
+def _discard_unfinished() -> None:
+    """Remove what is only half written."""
     for file in list(_unfinished):
         with suppress(OSError):
             file.unlink()
+
+
+before_end(_discard_unfinished)
 
 
 def _beside(final: Path) -> Path | None:

@@ -37,7 +37,7 @@ THIRD_PARTY = {
 }
 """Package -> the only files that may import it. What is not listed is imported nowhere."""
 
-FILES_AND_SIGNALS = {"input_file", "output_file", "interrupt"}
+FILES_AND_SIGNALS = {"input_file", "output_file", "interrupt", "streams"}
 """How files are read and written, and what Ctrl-C does: the same for everybody."""
 
 TYPES = FILES_AND_SIGNALS | {
@@ -80,7 +80,7 @@ LAYERS = {
     "cli": TYPES
     | {"nc", "machine", "motion", "report", "policy", "study", "batch", "starter", "checking"}
     | {"findings.explain", "__init__"},
-    "__main__": {"cli", "interrupt", "checking.verdict"},
+    "__main__": {"cli", "checking.verdict", "interrupt", "streams"},
     "__init__": set(),
 }
 """Layer -> what it may import besides itself; the types import only types."""

@@ -106,7 +106,7 @@ def read_results(path: str) -> Results:
                 plan = _plan_of(values)
             else:
                 records[identity(values)] = values
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+        except (ValueError, KeyError, TypeError, OverflowError, RecursionError) as error:
             raise UsageError(f"{path}:{number}: no results of gcodesim batch: {error}") from None
     if plan is None:
         raise UsageError(f"{path}: no results of gcodesim batch: there is no plan in it")

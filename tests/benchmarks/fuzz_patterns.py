@@ -43,7 +43,9 @@ Use = tuple[str, "re.Pattern[str]", str]
 
 def patterns() -> Iterator[Use]:
     """Yield every pattern of the package with every method that it is used with."""
-    for file in sorted((ROOT / "gcodesim").rglob("*.py")):
+    files = sorted((ROOT / "gcodesim").rglob("*.py"))
+    everything = "\n".join(file.read_text() for file in files)
+    for file in files:
         name = ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
         source = file.read_text()
         if "import re\n" not in source or "kernels" in name:
@@ -53,16 +55,14 @@ def patterns() -> Iterator[Use]:
             if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)):
                 continue
             of, method = node.func.value, node.func.attr
-            if isinstance(of, ast.Name) and of.id == "re" and method not in ("compile", "escape"):
-                if isinstance(node.args[0], ast.Constant):
-                    yield f"{name}:{node.lineno}", re.compile(node.args[0].value), method
+            inline = isinstance(of, ast.Name) and of.id == "re" and method != "compile"
+            if inline and isinstance(node.args[0], ast.Constant):
+                yield f"{name}:{node.lineno}", re.compile(node.args[0].value), method
         for variable, value in vars(module).items():
             for number, pattern in enumerate(_within(value)):
                 yield f"{name}.{variable}[{number}]", pattern, "match"
                 yield f"{name}.{variable}[{number}]", pattern, "fullmatch"
-                if f"{variable}.search" in source or f"{variable}.find" in source:
-                    yield f"{name}.{variable}[{number}]", pattern, "search"
-                if f"{variable}.sub" in source or f"{variable}.split" in source:
+                if re.search(rf"\b{variable}\.(search|find|sub|split)", everything):
                     yield f"{name}.{variable}[{number}]", pattern, "search"
 
 
