@@ -9,7 +9,8 @@ whatever the type of the machine: the joints before the branches cancel. With th
 given, the chain is affine in the slides: a 3x3 system.
 
 The frame of the part has the directions of the slides and its origin in the gauge point, both at
-the zero pose: as long as the rotary joints are at zero, a point is its own axis position.
+the zero pose: as long as the rotary joints are at zero, a point is its own axis position. Slides
+need not be square: docs/derivations/skew-slides.md.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ class ToolCentre:
         """Tip in the frame of the part, (n, 3); zero for zero axes and offset."""
         self._require()
         q = np.atleast_2d(np.asarray(axes, np.float64))
-        points = np.broadcast_to(self._tool_points(offset), (len(q), 3))
+        points = np.broadcast_to(self.tool_points(offset), (len(q), 3))
         return self._from_world(self._moved(self.chain, points, q))
 
     def axes_at(self, tips: ArrayLike, rotary: ArrayLike, offset: ArrayLike) -> Array:
@@ -87,7 +88,7 @@ class ToolCentre:
         for step in self.chain[: self.slides.start]:
             target = step.moved(target, -axes[:, step.column])
         turns = tuple(step for step in self.chain[self.slides.start :] if step.joint.rotary)
-        tool = self._moved(turns, self._tool_points(offset), axes)
+        tool = self._moved(turns, self.tool_points(offset), axes)
         axes[:, :3] = self._slid(target - tool, axes)
         return axes
 
@@ -133,6 +134,14 @@ class ToolCentre:
                 columns[step.column] = step.axis[None, :]
         return columns
 
+    def tool_points(self, offset: ArrayLike) -> Array:
+        """Tips at the zero pose (n, 3), in the world, of tools with these offsets (n, 3) [mm].
+
+        The length stands on the tool, whatever way the slide Z goes.
+        """
+        directions = np.column_stack([self.frame[:, :2], self.rotary.tool_axis])
+        return self.gauge - np.atleast_2d(np.asarray(offset, np.float64)) @ directions.T
+
     def directions(self, rotary: ArrayLike) -> Array:
         """Tool axis seen from the part, (n, 3), from the tip towards the spindle."""
         solver = self._orientation()
@@ -173,9 +182,6 @@ class ToolCentre:
         """Axes (n, 6) with the slides at zero."""
         turns = np.atleast_2d(np.asarray(rotary, np.float64))
         return np.concatenate([np.zeros_like(turns), turns], axis=1)
-
-    def _tool_points(self, offset: ArrayLike) -> Array:
-        return self.gauge - np.atleast_2d(np.asarray(offset, np.float64)) @ self.frame.T
 
     def _to_world(self, points: Array) -> Array:
         return np.asarray(points @ self.frame.T + self.gauge)

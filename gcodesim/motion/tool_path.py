@@ -230,7 +230,7 @@ def curvature(
         bend * scale,
     )
     still = np.zeros(len(speed))
-    held = Bounded([centre.gauge - tips.offset @ centre.frame.T], still, still, still)
+    held = Bounded([centre.tool_points(tips.offset)], still, still, still)
     outwards = (*reversed(centre.chain[centre.slides.stop :]), *reversed(centre.between))
     of_work = _turned_bend(centre.chain[: centre.slides.start], point, rates, bends)
     of_tool = _turned_bend(outwards, held, rates, bends)

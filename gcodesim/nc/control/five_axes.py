@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gcodesim.nc.control.frames import Level, Matrix, apply, product, transposed
+from gcodesim.nc.control.frames import Level, Matrix, apply, inverse, product
 from gcodesim.nc.control.modal import TipControl
 from gcodesim.nc.control.moves import move_axes
 from gcodesim.nc.control.state import State
@@ -104,7 +104,7 @@ def plane_of_tool(state: State, level: str) -> Matrix:
     kinematics = state.control.kinematics
     assert kinematics is not None
     seen = tool_turn(kinematics, state.axes[3:])
-    return product(transposed(state.frames.turn_outside(level)), seen)
+    return product(inverse(state.frames.turn_outside(level)), seen)
 
 
 def swivel(state: State, prefer: int = 0) -> None:

@@ -13,6 +13,9 @@ Matrix = tuple[tuple[float, float, float], ...]
 
 UNIT: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
+ROUNDING = 1e-12
+"""A turn is one whose columns are of length 1 and square to within this."""
+
 WORK = "work"
 """The level of the work offset, which every language has: a table may carry it (G254), and under
 tool centre point control the table may stand at its rotary shift."""
@@ -89,7 +92,7 @@ class Frames:
             total = [t + s for t, s in zip(total, shift, strict=True)]
         tool = [0.0, 0.0, 0.0, *self.tool[3:]] if self.tips else self.tool
         if self.work is not None:
-            back = transposed(self.work.turn)
+            back = inverse(self.work.turn)
             matrix = back if matrix is None else product(back, matrix)
             arm = [t - s for t, s in zip(total[:3], self.work.shift, strict=True)]
             total = [*apply(back, arm), *total[3:]]
@@ -118,7 +121,7 @@ class Frames:
 
     def turn_outside(self, inner: str) -> Matrix:
         """Return what turns a direction outside the level `inner` into one of machine or tips."""
-        matrix = UNIT if self.work is None else transposed(self.work.turn)
+        matrix = UNIT if self.work is None else inverse(self.work.turn)
         for name, level in self.levels.items():
             if name == inner:
                 break
@@ -142,8 +145,7 @@ class Frames:
         arm = [m - s for m, s in zip(position, self.shift, strict=True)]
         if self.matrix is None:
             return arm
-        # The matrix is orthogonal, so its transpose takes back what it did.
-        return [*apply(transposed(self.matrix), arm[:3]), *arm[3:]]
+        return [*apply(inverse(self.matrix), arm[:3]), *arm[3:]]
 
 
 def rotation(normal: int, degrees: float) -> Matrix:
@@ -175,6 +177,21 @@ def mirrored_at(planes: dict[int, float]) -> Level:
 def transposed(matrix: Matrix) -> Matrix:
     """Return rows as columns: the inverse of a rotation."""
     return tuple(zip(*matrix, strict=True))
+
+
+def inverse(matrix: Matrix) -> Matrix:
+    """Return what takes back a turn; slides that are not square see turns as skew matrices."""
+    back = transposed(matrix)
+    if all(math.dist(a, b) < ROUNDING for a, b in zip(product(back, matrix), UNIT, strict=True)):
+        return back
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    whole = determinant(matrix)
+    rows = (
+        (e * i - f * h, c * h - b * i, b * f - c * e),
+        (f * g - d * i, a * i - c * g, c * d - a * f),
+        (d * h - e * g, b * g - a * h, a * e - b * d),
+    )
+    return tuple((x / whole, y / whole, z / whole) for x, y, z in rows)
 
 
 def determinant(matrix: Matrix) -> float:

@@ -5,11 +5,12 @@ Positions are X Y Z [mm], A B C [deg]; every function may raise OrientationError
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from gcodesim.nc.control.frames import UNIT, Matrix, Placement
+from gcodesim.nc.control.frames import ROUNDING, UNIT, Matrix, Placement
 from gcodesim.nc.control.supply import Kinematics
 from gcodesim.nc.program import Floats
 
@@ -57,6 +58,10 @@ def tool_direction(kinematics: Kinematics, rotary: list[float]) -> list[float]:
 def way_back(kinematics: Kinematics, rotary: list[float]) -> list[float]:
     """Return how X, Y and Z move while the tool goes back by 1 mm along itself."""
     direction = kinematics.directions(_row(rotary))
+    # Between slides that are not square, a direction of length 1 in X Y Z is longer or shorter.
+    length = math.hypot(*(row[2] for row in tool_turn(kinematics, rotary)))
+    if abs(length - 1.0) > ROUNDING:
+        direction = direction * length
     along = kinematics.axis_directions(direction, _row(rotary))[0].tolist()
     return along
 
