@@ -101,5 +101,5 @@ def _piped(path: str | Path, handle: int, limit: int) -> bytes:
 
 
 def _too_large(path: str | Path, size: int, limit: int) -> OSError:
-    text = f"it has more than {size - 1:,} bytes, and {limit:,} are read at most"
+    text = f"{size:,} bytes, and {limit:,} are read at most"
     return OSError(errno.EFBIG, text, str(path))

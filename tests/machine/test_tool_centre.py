@@ -165,7 +165,8 @@ def test_the_chain_is_the_forward_kinematics_of_the_tree(rng: np.random.Generato
         axes, offset = random_poses(rng, centre, 1)
         q = np.array([axes[0, "XYZABC".index(j.name)] for j in m.joints])
         poses = world_from_link(m, q)
-        tip = transform(poses[tool.link], tool.gauge_point - centre.frame @ offset[0])
+        along = np.column_stack([centre.frame[:, :2], tool.axis])  # the length stands on the tool
+        tip = transform(poses[tool.link], tool.gauge_point - along @ offset[0])
         part = centre.tips(axes, offset)[0] @ centre.frame.T + tool.gauge_point
         assert m.work_link is not None
         np.testing.assert_allclose(transform(poses[m.work_link], part), tip, atol=1e-9)
