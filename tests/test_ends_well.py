@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib.util
 import json
 import os
@@ -9,20 +10,24 @@ import stat
 import subprocess
 import sys
 import threading
+import weakref
 from pathlib import Path
 
 import pytest
 import warp as wp
 from click.testing import CliRunner
 
-from gcodesim import input_file, output_file
+from gcodesim import Options, input_file, output_file
 from gcodesim.batch.results import merge_results
+from gcodesim.checking.flow import check_program
 from gcodesim.cli import main
+from gcodesim.collision.bodies import scene
 from gcodesim.collision.geometry import kernel_cache
 from gcodesim.errors import ModelError, UsageError
 from gcodesim.input_file import read_bytes
 from gcodesim.interrupt import MESSAGE
 from gcodesim.machine.formats.linuxcnc_ini import read_ini
+from gcodesim.machine.loading import load_machine
 from gcodesim.machine.mesh import read_mesh
 from gcodesim.nc.detect import reads_like_program
 from gcodesim.output_file import replacing, write_text
@@ -262,3 +267,15 @@ def test_mutants_of_every_file_end_with_an_error_of_one_line() -> None:
     assert not wrong, wrong
     assert met["read"]
     assert met["ModelError"]
+
+
+def test_nothing_of_a_machine_is_kept_when_it_is_gone(tmp_path: Path) -> None:
+    program = tmp_path / "part.nc"
+    program.write_text("G21 G90 G54\nT1 M6\nS900 M3\nG0 X10\nM30\n")
+    machine = load_machine("table_tilt")
+    check_program(program.read_text(), str(program), machine, Options(device="cpu"))
+    parts = [weakref.ref(part) for body in machine.bodies.values() for part in body.parts]
+    assert any(ref() in scene._regions for ref in parts)
+    del machine
+    gc.collect()
+    assert not any(ref() for ref in parts)

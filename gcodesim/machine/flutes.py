@@ -11,8 +11,8 @@ touches, but for the corners of a coarse mesh.
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
 from itertools import pairwise
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,12 @@ Array = NDArray[np.float64]
 Points = list[tuple[float, float]]
 
 
+_made: WeakKeyDictionary[Part, dict[tuple[tuple[float, ...], ...], Part | None]] = (
+    WeakKeyDictionary()
+)
+"""What was made of a part, for as long as the part is there."""
+
+
 def smaller_flute(machine: Machine, number: int | None) -> tuple[Body | None, tuple[str, ...]]:
     """The flute of tool `number` (None: at program start), smaller by the inset.
 
@@ -46,7 +52,7 @@ def smaller_flute(machine: Machine, number: int | None) -> tuple[Body | None, tu
         return None, ()
     axis, point = (tuple(v.tolist()) for v in (machine.tool.axis, machine.tool.gauge_point))
     flutes = [part for part in whole.parts if part.role == "flute"]
-    smaller = [(part, _smaller(part, axis, point)) for part in flutes]
+    smaller = [(part, _kept_smaller(part, axis, point)) for part in flutes]
     parts = tuple(found for _, found in smaller if found)
     body = replace(whole, parts=parts) if parts else None
     return body, tuple(part.name for part, found in smaller if found is None)
@@ -101,7 +107,16 @@ def _cut_off(shell: Array, height: float) -> Array:
     return np.array(kept, np.float64).reshape(-1, 3, 3)
 
 
-@lru_cache(64)
+def _kept_smaller(
+    part: Part, axis: tuple[float, float, float], point: tuple[float, float, float]
+) -> Part | None:
+    """As `_smaller`, made once for a part."""
+    kept = _made.setdefault(part, {})
+    if (axis, point) not in kept:
+        kept[axis, point] = _smaller(part, axis, point)
+    return kept[axis, point]
+
+
 def _smaller(
     part: Part, axis: tuple[float, float, float], point: tuple[float, float, float]
 ) -> Part | None:

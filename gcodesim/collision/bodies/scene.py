@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 import warp as wp
@@ -13,9 +13,9 @@ from gcodesim.collision.bodies.regions import Regions, build_regions
 from gcodesim.collision.geometry.poses import ChainArrays, chain_arrays
 from gcodesim.machine.model import Body, Joint, Pair, Part
 
-SHAPES_KEPT = 64
-"""Shapes that are kept for the next tool or program: fewer cost time, more keep machines in memory
-that are no longer checked."""
+_regions: WeakKeyDictionary[Part, dict[tuple[ref[Part], ...], Regions]] = WeakKeyDictionary()
+"""First part of a shape -> its other parts -> its regions, for the next tool or program: kept as
+long as the parts are, with their machine, and no longer."""
 
 
 @wp.struct
@@ -120,11 +120,11 @@ def by_parts(scene: Scene, pair: int, joints: tuple[Joint, ...]) -> Scene:
     )
 
 
-@lru_cache(SHAPES_KEPT)
 def _shape(body: str, parts: tuple[Part, ...]) -> CheckedShape:
-    return CheckedShape(
-        body, parts, build_regions(np.concatenate([part.triangles for part in parts]))
-    )
+    kept, others = _regions.setdefault(parts[0], {}), tuple(map(ref, parts[1:]))
+    if others not in kept:
+        kept[others] = build_regions(np.concatenate([part.triangles for part in parts]))
+    return CheckedShape(body, parts, kept[others])
 
 
 def restricted(scene: Scene, keep: dict[int, NDArray[np.bool_]]) -> Scene:
