@@ -33,7 +33,7 @@ def replacing(path: str | Path, mode: str = "wb", **how: Any) -> Iterator[IO[Any
     final = Path(os.path.realpath(path))
     beside = _beside(final)
     if beside is None:
-        with open(final, mode, **how) as file:
+        with open(final, mode, opener=_open_at_once, **how) as file:
             yield file
         return
     try:
@@ -65,6 +65,14 @@ def _discard_unfinished() -> None:
 
 
 before_end(_discard_unfinished)
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a file; a pipe that nobody reads is an error, not something to wait for."""
+    handle = os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)
+    if hasattr(os, "set_blocking"):
+        os.set_blocking(handle, True)
+    return handle
 
 
 def _beside(final: Path) -> Path | None:

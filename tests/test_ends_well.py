@@ -98,6 +98,10 @@ def test_what_is_half_written_never_stands_under_its_name(tmp_path: Path) -> Non
     assert (link.is_symlink(), page.read_text()) == (True, "new")
     assert stat.S_IMODE(page.stat().st_mode) == 0o640
     write_text(os.devnull, "gone")
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(OSError, match="No such device"):
+        write_text(tmp_path / "pipe", "nobody reads it")
+    (tmp_path / "pipe").unlink()
     assert sorted(file.name for file in tmp_path.iterdir()) == ["link.html", "page.html"]
     assert not output_file._unfinished
 
