@@ -18,6 +18,7 @@ SCENE = "a scene or case of a study"
 LOOKS = "how a picture or page looks"
 
 ELSEWHERE: dict[str, dict[str, str]] = {
+    "interrupt": {"PATIENCE_S": "how long a command may tidy up; decides no verdict"},
     "batch/worker": {"PARENT_S": "how often a process looks around; decides no verdict"},
     "checking/flow": {"COMPILING_S": "when a user is told to wait"},
     "checking/replay": {"TOLERANCE": "of what is drawn; the check knows nothing of it"},
@@ -101,7 +102,7 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     },
     "motion/stretching": {"SLOWEST_PART": "which of two codes names a slow block, both NOTED"},
     "motion/stretches": {"VANISHING_S": "half a tick of program time"},
-    "nc/control/frames": {"UNIT": DATA},
+    "nc/control/frames": {"UNIT": DATA, "ROUNDING": ROUNDING},
     "nc/control/moves": {"SQUARE_RAD": "decides whether a note is worth making (GC430)"},
     "nc/control/plain_run": {
         "NEARLY_HALF": "where a run of blocks ends; the slow way reads the next block",

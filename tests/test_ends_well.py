@@ -275,7 +275,7 @@ def test_mutants_of_every_file_end_with_an_error_of_one_line() -> None:
 
 def test_nothing_of_a_machine_is_kept_when_it_is_gone(tmp_path: Path) -> None:
     program = tmp_path / "part.nc"
-    program.write_text("G21 G90 G54\nT1 M6\nS900 M3\nG0 X10\nM30\n")
+    program.write_text("G21 G90 G54\nT1 M6\nS900 M3\nG0 X10.\nM30\n")
     machine = load_machine("table_tilt")
     check_program(program.read_text(), str(program), machine, Options(device="cpu"))
     parts = [weakref.ref(part) for body in machine.bodies.values() for part in body.parts]

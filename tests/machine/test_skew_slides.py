@@ -42,8 +42,8 @@ work: {{link: C, offsets: {{G54: {{X: 10, Y: 20, Z: -250}}}}}}
 start: {{X: 0, Y: 0, Z: 300, A: 0, C: 0}}
 """
 HEAD = "G21 G90 G54\nT1 M6\nS1000 M3\n"
-TIPS = f"{HEAD}G43.4 H1\nG0 X0 Y0 Z100\nA20 C30\nG1 X30 Y40 Z5 F1000\nA-10 C75\nM30\n"
-SLIDES = f"{HEAD}G43 H1\nG0 X30 Y40 Z100\nG1 Z5 F1000\nM30\n"
+TIPS = f"{HEAD}G43.4 H1\nG0 X0 Y0 Z100.\nA20. C30.\nG1 X30. Y40. Z5. F1000\nA-10. C75.\nM30\n"
+SLIDES = f"{HEAD}G43 H1\nG0 X30. Y40. Z100.\nG1 Z5. F1000\nM30\n"
 POINT = np.array([30.0, 40.0, 5.0]) + (10.0, 20.0, -250.0)
 """The last point of both programs, with the work offset."""
 
