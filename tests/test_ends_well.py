@@ -120,7 +120,7 @@ def test_damaged_results_baselines_meshes_and_includes_are_named(tmp_path: Path)
         read_baseline(str(file))
     ragged = tmp_path / "ragged.obj"
     ragged.write_text("v 0 0 0\nv 1 0 0\nv 0 1\nv 0 1\nf 1 2 3\n")
-    with pytest.raises(ModelError, match="cannot be read as a mesh"):
+    with pytest.raises(ModelError, match="point 3 has 2 of 3 numbers"):
         read_mesh(ragged)
     ini = tmp_path / "nul.ini"
     ini.write_text("[EMC]\n#INCLUDE o\0ther.inc\n")
@@ -140,7 +140,7 @@ def test_a_record_that_is_damaged_is_an_error_of_merge(tmp_path: Path) -> None:
 def test_long_texts_are_read_to_their_end() -> None:
     blanks = " " * 150_000
     comment = next(comments_in(f"G0 X1 (gcodesim: ignore GC101{blanks}x)"))
-    assert "cannot be read" in comment.wrong
+    assert comment.wrong
     good = next(comments_in(f"(gcodesim: ignore GC101,GC2 {blanks} reason = why not {blanks})"))
     assert [rule.mark.reason for rule in good.rules] == ["why not"] * 2
     assert reads_like_program(["G1" + "X[1]Y[[2]*3]" * 300, "M30"])
