@@ -6,6 +6,7 @@ Whatever cannot be read is an OSError whose `strerror` says why, so that a calle
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import select
 import stat
@@ -22,6 +23,14 @@ PIPE_S = 10
 """A pipe from which nothing came for so long is taken for one that nobody writes to [s]."""
 
 CHUNK_BYTES = 1 << 16
+
+
+def file_mark(path: str | Path) -> str:
+    """Return what tells one content of a file from another; "" where it cannot be read."""
+    try:
+        return hashlib.sha256(read_bytes(path)).hexdigest()
+    except OSError:
+        return ""
 
 
 def read_bytes(path: str | Path, limit: int = DATA_BYTES) -> bytes:

@@ -26,9 +26,9 @@ def test_kernels_that_take_long_to_load_are_told_once(monkeypatch: pytest.Monkey
         lines.append(line)
         noticed.set()
 
-    def slow(method: str, device: str) -> tuple[str, ...]:
+    def slow(method: str, device: str, stop_all: bool) -> tuple[str, ...]:
         assert noticed.wait(60.0)
-        return load(method, device)
+        return load(method, device, stop_all)
 
     given: Any = read_program(SAMPLE), "a.nc", load_machine("table_tilt"), Options(device="cpu")
     flow.check_program(*given, notice=notice)

@@ -33,6 +33,7 @@ class Job:
         program, machine: as for `gcodesim check`, relative to `folder`, as all files of `asked`.
         asked: model, options and what counts.
         snapshot: file for the picture of what was found, "" where none is wanted.
+        ignored_by: what to call the option that ignores, where it does.
         folder: where the names are looked up.
         size: of the program [bytes]; a longer one is begun earlier.
         model: hash of the files of machine, setup, tools and baseline.
@@ -44,6 +45,7 @@ class Job:
     machine: str
     asked: CheckRequest = field(default_factory=CheckRequest)
     snapshot: str = ""
+    ignored_by: str = "--ignore"
     folder: str = field(default_factory=os.getcwd)
     size: int = 0
     model: str = ""
@@ -86,7 +88,9 @@ class Job:
     def policy(self) -> Policy:
         """What counts; UsageError where it is wrong."""
         baseline = self.asked.baseline
-        return policy_of(self.asked, read_baseline(baseline) if baseline else None)
+        given = read_baseline(baseline) if baseline else None
+        names = {"select": "--select", "ignore": self.ignored_by}
+        return policy_of(self.asked, given, names.__getitem__)
 
     @property
     def label(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from gcodesim.batch.jobs import Job
 from gcodesim.checking.verdict import EXIT_CODES, USAGE_EXIT, CheckResult, Coverage
 from gcodesim.constants import PS_PER_S
 from gcodesim.findings.codes import Finding
-from gcodesim.nc.lines import file_mark
+from gcodesim.input_file import file_mark
 from gcodesim.report.json_report import report_dict
 
 Record = dict[str, Any]

@@ -23,9 +23,10 @@ from gcodesim.collision.detector import load_kernels
 from gcodesim.collision.geometry.device import resolve_device
 from gcodesim.collision.geometry.kernel_cache import remarks
 from gcodesim.errors import UsageError
+from gcodesim.input_file import file_mark
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
-from gcodesim.nc.lines import file_mark, read_program
+from gcodesim.nc.lines import read_program
 from gcodesim.policy.policy import Policy
 from gcodesim.report.json_report import report_dict
 

@@ -123,7 +123,13 @@ def _jobs(plans: Sequence[CheckPlan], snapshots: Iterator[str]) -> Iterator[Job]
         plan.policy(baseline)
         for program, machine in plan.checks:
             snapshot = next(snapshots)
-            yield Job(program=program, machine=machine, asked=asked, snapshot=snapshot)
+            yield Job(
+                program=program,
+                machine=machine,
+                asked=asked,
+                snapshot=snapshot,
+                ignored_by=plan.label("ignore"),
+            )
 
 
 @contextmanager

@@ -40,7 +40,7 @@ def interpret(
     if not control.dialect_told:
         return meaning
     note = Place(file, 1, "").finding("dialect_told", control.dialect_told)
-    return replace(meaning, findings=(note, *meaning.findings))
+    return replace(meaning, findings=(*meaning.findings, note))
 
 
 def main_programs(text: str, control: Control) -> list[str]:

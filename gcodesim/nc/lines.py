@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, overload
@@ -42,14 +41,6 @@ def read_program(path: str | Path) -> str:
         return decode(read_bytes(path))
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror or error}") from error
-
-
-def file_mark(path: str | Path) -> str:
-    """Return what tells one content of a file from another; "" where it cannot be read."""
-    try:
-        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
-    except OSError:
-        return ""
 
 
 class Lines(Sequence[str]):

@@ -96,11 +96,12 @@ class Policy:
     def _gap_after(self, finding: Finding) -> str:
         """What was not looked at after an ignored finding; empty where that cannot matter.
 
-        A wish for every place, such as --ignore GC201, speaks of what follows too.
+        A wish for every place, by an option or in the settings, speaks of what follows too.
         """
         if finding.ignored and finding.is_contact:
             return "the check ended at an ignored contact: --stop all looks at what follows"
-        here = finding.ignored and not finding.ignored.by.startswith("--")
+        everywhere = (NOT_SELECTED, *(rule.mark for rule in self.ignore))
+        here = finding.ignored and finding.ignored not in everywhere
         if here and finding.code in CLEARANCES and effect_at(finding, self.fail_on) == FAIL:
             pair = "-".join(finding.pair or ())
             return (

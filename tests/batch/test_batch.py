@@ -138,7 +138,7 @@ def test_a_record_is_what_check_reports() -> None:
 
 
 def test_what_does_not_count_is_the_same_as_for_check(folder: Path) -> None:
-    (folder / "over.nc").write_text("G21 G90\nG0 X900 (gcodesim: ignore GC301 reason=fake)\n")
+    (folder / "over.nc").write_text("G21 G90\nG0 X900. (gcodesim: ignore GC301 reason=fake)\n")
     assert batch("over.nc", "--out", "r.jsonl").exit_code == 0
     assert batch("over.nc", "--fail-on", "note", "--out", "n.jsonl").exit_code == 1
     assert "no code begins so" in batch("over.nc", "--ignore", "GC9999").stderr

@@ -9,7 +9,8 @@ from typing import Any, overload
 
 from gcodesim.constants import MAX_BLOCKS, MAX_REPEATED_BLOCKS
 from gcodesim.errors import GcodesimError, UsageError
-from gcodesim.nc.lines import Lines, file_mark, read_program, split_lines
+from gcodesim.input_file import file_mark
+from gcodesim.nc.lines import Lines, read_program, split_lines
 
 MAX_CALLS = 10
 """Calls may nest this deep, as on LinuxCNC; Fanuc allows fewer."""
