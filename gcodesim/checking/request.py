@@ -24,7 +24,8 @@ class CheckRequest:
     tools: str | None = option(
         None,
         File(),
-        "Shapes and lengths of tools: a tools file (YAML) or a LinuxCNC tool table (.tbl).",
+        "Shapes and lengths of tools: a tools file (YAML), or a library of Fusion (.json, .tools), "
+        "FreeCAD (.fctl, .fctb), LinuxCNC (.tbl), Heidenhain (TOOL.T) or a control (G10, $TC_).",
         name="tools",
         metavar="FILE",
     )

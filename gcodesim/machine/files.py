@@ -61,8 +61,11 @@ def files_of(machine: str, setup: str | None, tools: str | None) -> list[Path]:
     """
     tools = tools or (_tools_of(Path(setup)) if setup else None)
     given = [find_machine(machine), *(Path(name) for name in (setup, tools) if name)]
-    meshes = [mesh for file in given if file.suffix.lower() != ".tbl" for mesh in _meshes(file)]
-    return [*given, *dict.fromkeys(meshes), *_programs(given[0])]
+    foreign = Path(tools) if tools and Path(tools).suffix.lower() not in (".yaml", ".yml") else None
+    named = [mesh for file in given if file != foreign for mesh in _meshes(file)]
+    if foreign and foreign.suffix.lower() == ".fctl":
+        named += _bits(foreign)
+    return [*given, *dict.fromkeys(named), *_programs(given[0])]
 
 
 def _programs(machine: Path) -> Iterator[Path]:
@@ -82,6 +85,13 @@ def _tools_of(setup: Path) -> str | None:
     """The tools file that a setup names. Its schema would take longer to import than all else."""
     name = read_yaml(setup).data.get("tools")
     return beside(setup, name) if isinstance(name, str) else None
+
+
+def _bits(library: Path) -> list[Path]:
+    """The files of the tool bits of a FreeCAD library, whose reader is slow to import."""
+    from gcodesim.machine.tool_files import bit_files
+
+    return list(bit_files(library))
 
 
 def _meshes(file: Path) -> Iterator[Path]:

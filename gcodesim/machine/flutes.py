@@ -1,11 +1,11 @@
 """The flute as it may not touch the part: inside the real one, and smaller by the inset.
 
 A flute that is fed leaves the very surface that it touches, so that the whole of it would touch a
-finished wall on its way out. Of every shell of it the largest solid of revolution inside is taken,
-a profile (r, z) about the spindle axis; it shrinks by the inset along r and along z, and is turned
-as a polygon inside its circles. What the smaller flute touches, the real one is in by at least the
-inset square to a wall or floor; what the real one is in by sqrt(2) times that, the smaller one
-touches, but for the corners of a coarse mesh.
+finished wall on its way out. Of a turned flute the outline inside the true one is taken, of every
+shell of a mesh the largest solid of revolution inside: a profile (r, z) about the spindle axis. It
+shrinks by the inset along r and along z, and is turned as a polygon inside its circles. What the
+smaller flute touches, the real one is in by at least the inset square to a wall or floor; what the
+real one is in by sqrt(2) times that, the smaller one touches, but for the corners of a coarse mesh.
 """
 
 from __future__ import annotations
@@ -125,8 +125,7 @@ def _smaller(
         return None
     turn = rotation_from_z(axis)
     found = []
-    for shell in shapes.shells(part.triangles):
-        profile = round_profile((shell - np.array(point)) @ turn)
+    for profile in _profiles(part, turn, np.array(point)):
         smaller = shrunk(profile, FLUTE_INSET_MM) if profile else []
         if not smaller:
             return None
@@ -137,6 +136,14 @@ def _smaller(
             return None
     triangles = shapes.place(np.concatenate(found), turn, point)
     return replace(part, triangles=triangles, source=f"{part.source}, {FLUTE_INSET_MM} mm smaller")
+
+
+def _profiles(part: Part, turn: Array, point: Array) -> list[Points | None]:
+    """A profile inside every shell: of a turned part the one that its numbers make."""
+    if part.turned is None:
+        return [round_profile((shell - point) @ turn) for shell in shapes.shells(part.triangles)]
+    steps = (pair for pair in pairwise(part.turned.inner) if pair[0][1] < pair[1][1])
+    return [[corner for pair in steps for corner in pair]]
 
 
 def round_profile(shell: Array) -> Points | None:

@@ -59,6 +59,24 @@ class Joint:
     servo: Servo | None = None
 
 
+@dataclass(frozen=True)
+class Turned:
+    """A solid of revolution as two outlines of points (r, z) [mm], z upwards.
+
+    Attributes:
+        outer: nowhere inside the true shape, which collisions need.
+        inner: nowhere outside it, which cutting needs.
+    """
+
+    outer: tuple[tuple[float, float], ...]
+    inner: tuple[tuple[float, float], ...]
+
+    def moved(self, shift: float) -> Turned:
+        """The same, higher by `shift` [mm]."""
+        outer, inner = (tuple((r, z + shift) for r, z in ps) for ps in (self.outer, self.inner))
+        return Turned(outer, inner)
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """One closed shape of a body, equal to itself only: what is made of it can be kept for it.
@@ -70,6 +88,8 @@ class Part:
         role: machine | flute | shank | holder | fixture | part | stock.
         source: file or primitive it was made from.
         shell: only its surface is checked: nothing can be inside.
+        turned: its outlines where a part of a tool is turned, from the gauge point along the axis
+            of the tool, upwards to the spindle; None: a mesh.
     """
 
     name: str
@@ -78,6 +98,7 @@ class Part:
     role: str = "machine"
     source: str = ""
     shell: bool = False
+    turned: Turned | None = None
 
 
 @dataclass(frozen=True)
@@ -121,6 +142,7 @@ class Tool:
         length: gauge point to tip [mm].
         offset: length and axis offsets as the control's table holds them, shape (6,): mm and deg.
         diameter: [mm].
+        type: what its numbers meant, as in a tools file: mill, ball, drill, probe, ...
         parts: flute, shank, holder with the gauge point at the origin, tool axis +Z from the tip
             towards the spindle; empty when the file gives no shape.
         unchecked: names of parts the file gives no shape for ("holder").
@@ -133,6 +155,7 @@ class Tool:
     offset: tuple[float, float, float, float, float, float]
     parts: tuple[Part, ...] = ()
     unchecked: tuple[str, ...] = ()
+    type: str = "mill"
 
 
 @dataclass(frozen=True)
@@ -179,8 +202,9 @@ class Machine:
     """A machine, its setup and its tools, ready to be checked.
 
     Attributes:
-        links: names, parents before children; the first is the root.
-        joints: parents before children. Every link but the root is the child of exactly one joint.
+        links: names, parents before children; the first is the root, others without a joint stand
+            fixed.
+        joints: parents before children. No link is the child of two joints.
         bodies: by name; every link with a shape has one of the same name, setup bodies follow.
         tool: the tool mount, None for a machine without one.
         tools: tool table by number; None when no tools file was supplied.

@@ -12,7 +12,6 @@ from itertools import combinations, pairwise
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gcodesim.constants import CORNER_RADIUS_SLACK
 from gcodesim.machine.kinematics import rotation_from_z, sincosd
 
 Array = NDArray[np.float64]
@@ -20,9 +19,6 @@ Profile = Sequence[tuple[float, float]]
 
 SIDES = 48
 """Sides of a full circle. More sides: nearer to the ideal shape, more triangles to test."""
-
-ARC_STEP = 15.0
-"""Largest turn [deg] between two tangents that stand for a rounded corner of a cutter."""
 
 
 def excess(radius: float) -> float:
@@ -196,39 +192,3 @@ def _is_ear(a: Array, b: Array, c: Array, others: list[Array]) -> bool:
     return not any(
         _turn(a, b, p) >= 0.0 and _turn(b, c, p) >= 0.0 and _turn(c, a, p) >= 0.0 for p in others
     )
-
-
-def cutter_profile(
-    diameter: float, length: float, corner_radius: float = 0.0, taper: float = 0.0
-) -> list[tuple[float, float]]:
-    """Profile (r, z) of a cutter standing on its tip, z upwards from 0 to `length` [mm].
-
-    Args:
-        diameter: where the side, drawn down, meets the plane of the tip.
-        length: height of the cutting part.
-        corner_radius: radius that rounds the corner; the arc is replaced by tangents outside it.
-        taper: angle [deg] between axis and side, positive when the cutter widens upwards.
-
-    Raises:
-        ValueError: a shape that does not exist; the message says why.
-    """
-    sine, cosine = (float(v) for v in sincosd(taper))
-    slope, radius = sine / cosine, diameter / 2.0
-    top = radius + length * slope
-    middle = radius + corner_radius * (slope - 1.0 / cosine)  # radius of the centre of the arc
-    if middle < -CORNER_RADIUS_SLACK * radius:
-        raise ValueError(f"corner_radius is larger than the diameter {diameter:g} allows")
-    if top < 0.0 or corner_radius * (1.0 - sine) > length:
-        raise ValueError("the flute is too short or closes before its end: check length and taper")
-    if corner_radius == 0.0:
-        return [(radius, 0.0), (top, length)]
-    sweep = 90.0 - taper
-    steps = int(np.ceil(sweep / ARC_STEP))
-    angles = -90.0 + sweep * (np.arange(steps) + 0.5) / steps
-    reach = corner_radius / np.cos(np.radians(sweep / steps / 2.0))
-    sines, cosines = sincosd(angles)
-    arc = [
-        (middle + reach * c, corner_radius + reach * s) for c, s in zip(cosines, sines, strict=True)
-    ]
-    arc[0] = (arc[0][0], 0.0)  # the first tangent is the plane of the tip
-    return [(float(r), float(z)) for r, z in arc] + [(top, length)]

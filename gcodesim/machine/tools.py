@@ -1,35 +1,28 @@
-"""Tools: reads a tools file or a LinuxCNC tool table, and mounts tools at the gauge point."""
+"""Tools: makes them of a tools file or a foreign library, and mounts them at the gauge point."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 
 from gcodesim.constants import TOUCHING_MM
-from gcodesim.errors import ModelError, UsageError
-from gcodesim.input_file import read_text
 from gcodesim.machine import shapes
 from gcodesim.machine.bodies import PartReader
+from gcodesim.machine.cutters import cutter
 from gcodesim.machine.kinematics import rotation_from_z
-from gcodesim.machine.model import Part, Tool, ToolMount
-from gcodesim.machine.schema import FluteSpec, ToolsFile, ToolSpec, TurnedSpec
-from gcodesim.machine.yaml_lines import read_yaml
-
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*", re.IGNORECASE)
-_TABLE_LETTERS = "TPXYZABCUVWDIJQ"
+from gcodesim.machine.model import Part, Tool, ToolMount, Turned
+from gcodesim.machine.tool_files import read_tool_source
+from gcodesim.machine.tool_schema import FluteSpec, ToolsFile, ToolSpec, TurnedSpec
 
 
 def read_tools(path: str, *, allow_outside: bool = False) -> dict[int, Tool]:
-    """Tools by number, from a tools file (.yaml, .yml) or a LinuxCNC tool table (.tbl).
+    """Tools by number, from a tools file or a library of another program or control.
 
     Raises:
         UsageError: the file is missing.
         ModelError: it is wrong; names file, line and key.
     """
-    if Path(path).suffix.lower() == ".tbl":
-        return read_tool_table(Path(path))
-    source = read_yaml(Path(path))
+    source = read_tool_source(Path(path))
     file = source.parse(ToolsFile)
     reader = PartReader(source, file.units, allow_outside)
     tools: dict[int, Tool] = {}
@@ -42,34 +35,43 @@ def read_tools(path: str, *, allow_outside: bool = False) -> dict[int, Tool]:
 
 def _tool(entry: ToolSpec, reader: PartReader, index: int) -> Tool:
     parts: list[Part] = []
+    flute = None
     if entry.flute is not None:
-        parts.append(_flute(entry.flute, entry.length, reader, index))
+        flute = _flute(entry.type, entry.flute, entry.length, reader, index)
+        parts.append(flute)
     for role, turned in (("shank", entry.shank), ("holder", entry.holder)):
         if turned is not None:
             parts.append(_turned(turned, role, reader, index))
+    offset = entry.offset
+    length = entry.length if offset.Z is None else offset.Z
     return Tool(
         number=entry.number,
         name=entry.name,
-        length=entry.length,
-        diameter=(entry.flute and entry.flute.diameter) or 0.0,
-        offset=(0.0, 0.0, entry.length, 0.0, 0.0, 0.0),
+        length=length if entry.length == 0.0 else entry.length,
+        diameter=entry.diameter or _diameter(entry.flute),
+        offset=(offset.X, offset.Y, length, offset.A, offset.B, offset.C),
         parts=tuple(parts),
         unchecked=_missing_parts(parts),
+        type=entry.type,
     )
 
 
-def _flute(flute: FluteSpec, length: float, reader: PartReader, index: int) -> Part:
+def _diameter(flute: FluteSpec | None) -> float:
+    """The cutting diameter [mm], 0 where it is not known."""
+    if flute is None:
+        return 0.0
+    return flute.diameter or 2.0 * max((r for r, _ in flute.profile or []), default=0.0)
+
+
+def _flute(kind: str, flute: FluteSpec, length: float, reader: PartReader, index: int) -> Part:
     """The cutting part, its tip at (0, 0, -length)."""
     key = ("tools", index, "flute")
     if flute.mesh is not None:
         return reader.mesh(flute, "flute", "flute", *key)
-    diameter, height = flute.diameter or 0.0, flute.length or 0.0  # the schema requires both
     try:
-        profile = shapes.cutter_profile(diameter, height, flute.corner_radius, flute.taper)
-        triangles = shapes.revolve([(r, z - length) for r, z in profile])
+        return _revolved("flute", cutter(kind, flute).moved(-length))
     except ValueError as error:
         raise reader.source.error(str(error), *key) from None
-    return Part("flute", triangles, True, "flute", f"revolve, {shapes.SIDES} sides")
 
 
 def _turned(turned: TurnedSpec, role: str, reader: PartReader, index: int) -> Part:
@@ -77,11 +79,17 @@ def _turned(turned: TurnedSpec, role: str, reader: PartReader, index: int) -> Pa
     key = ("tools", index, role)
     if turned.mesh is not None:
         return reader.mesh(turned, role, role, *key)
+    points = tuple((r, 0.0 - z) for r, z in turned.profile or [])
+    upwards = points if points[0][1] <= points[-1][1] else points[::-1]
     try:
-        triangles = shapes.revolve([(r, -z) for r, z in turned.profile or []])
+        return _revolved(role, Turned(upwards, upwards))
     except ValueError as error:
         raise reader.source.error(str(error), *key) from None
-    return Part(role, triangles, True, role, f"revolve, {shapes.SIDES} sides")
+
+
+def _revolved(role: str, turned: Turned) -> Part:
+    triangles = shapes.revolve(turned.outer)
+    return Part(role, triangles, True, role, f"revolve, {shapes.SIDES} sides", turned=turned)
 
 
 def _missing_parts(parts: list[Part]) -> tuple[str, ...]:
@@ -94,50 +102,6 @@ def _missing_parts(parts: list[Part]) -> tuple[str, ...]:
         gap = float(by_name["holder"].min() - by_name["flute"].max())
         missing += ["shank"] if gap > TOUCHING_MM else []
     return tuple(missing)
-
-
-def read_tool_table(path: Path) -> dict[int, Tool]:
-    """A LinuxCNC tool table in millimetres: ``T1 P1 Z50 D10 ;comment``.
-
-    It gives length and diameter only: the flute is a cylinder, and the holder stays unchecked.
-    """
-    try:
-        text = read_text(path)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise ModelError(f"not UTF-8 text: byte {error.start}", str(path)) from error
-    tools: dict[int, Tool] = {}
-    for number, line in enumerate(text.splitlines(), start=1):
-        words, _, comment = line.partition(";")
-        if words.strip():
-            tool = _table_row(words.strip(), comment.strip(), path, number)
-            if tool.number in tools:
-                raise ModelError(f"tool {tool.number} is given twice", str(path), number)
-            tools[tool.number] = tool
-    return tools
-
-
-def _table_row(row: str, comment: str, path: Path, line: int) -> Tool:
-    """One line of a tool table."""
-    words = {letter.upper(): float(value) for letter, value in _WORD.findall(row)}
-    unread = _WORD.sub("", row)
-    unknown = unread or "".join(sorted(set(words) - set(_TABLE_LETTERS)))
-    if unknown:
-        text = f"cannot read {unknown!r}: write words like T1 P1 Z50 D10 ;comment"
-        raise ModelError(text, str(path), line)
-    number = words.get("T", -1.0)
-    if number < 0 or number != int(number):
-        raise ModelError("a line needs a tool number: T1 P1 Z50 D10 ;comment", str(path), line)
-    x, y, z, a, b, c = (words.get(letter, 0.0) for letter in "XYZABC")
-    diameter = abs(words.get("D", 0.0))
-    parts: tuple[Part, ...] = ()
-    if z > 0.0 and diameter > 0.0:
-        triangles = shapes.revolve([(diameter / 2.0, -z), (diameter / 2.0, 0.0)])
-        source = f"tool table, {shapes.SIDES} sides"
-        parts = (Part("flute", triangles, True, "flute", source),)
-    unchecked = ("holder",) if parts else ()
-    return Tool(int(number), comment, z, diameter, (x, y, z, a, b, c), parts, unchecked)
 
 
 def mount(parts: tuple[Part, ...], tool: ToolMount) -> tuple[Part, ...]:

@@ -59,7 +59,7 @@ def test_tools_file(tools):
     ("old", "new", "line", "text"),
     [
         ("number: 7", "number: 8", 8, "given twice"),
-        ("number: 7", "number: 0", 2, "greater than or equal to 1"),
+        ("number: 7", "number: -1", 2, "greater than or equal to 0"),
         ("corner_radius: 6", "corner_radius: 7", 5, "larger than the diameter"),
         ("[25, 20]", "[25, -20]", 7, "turns back"),
         ("diameter: 12, ", "", 5, "give `diameter` and `length`"),
