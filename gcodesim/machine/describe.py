@@ -10,7 +10,9 @@ import numpy as np
 from pydantic import BaseModel
 
 from gcodesim.machine.model import Body, Joint, Machine, Pair, Part, Tool
-from gcodesim.machine.schema import MachineFile, SetupFile, ToolsFile
+from gcodesim.machine.placing import PlaceError, WorkFrames, extent
+from gcodesim.machine.schema import MachineFile, SetupFile, offset_name
+from gcodesim.machine.tool_schema import ToolsFile
 
 SCHEMAS: dict[str, type[BaseModel]] = {
     "machine": MachineFile,
@@ -35,12 +37,13 @@ def describe(machine: Machine) -> str:
     lines.append(_control(machine))
     tools = machine.tools or {}
     for title, rows in (
-        ("kinematic tree", _tree(machine, machine.links[0], 1)),
+        ("kinematic tree", (line for link in _fixed(machine) for line in _tree(machine, link, 1))),
         ("bodies", _bodies(machine)),
+        ("setup", _standing(machine)),
         (f"pairs ({len(machine.pairs)})", (_pair(pair) for pair in machine.pairs)),
         ("allowed", (f"  {a}-{b}: {reason}" for a, b, reason in machine.allowed)),
         ("not checked by rule", (f"  {line}" for line in machine.unchecked_by_rule)),
-        (f"tools ({len(tools)})", (_tool(tool) for tool in tools.values())),
+        (f"tools ({len(tools)})", (f"  {tool_line(tool)}" for tool in tools.values())),
         ("findings", (f"  {f.code} {f.severity} {f.file}: {f.message}" for f in machine.findings)),
     ):
         listed = list(rows)
@@ -70,10 +73,25 @@ def _tree(machine: Machine, link: str, depth: int) -> Iterator[str]:
     joint = next((j for j in machine.joints if j.child == link), None)
     marks = [" <- tool"] if machine.tool and machine.tool.link == link else []
     marks += [" <- work"] if machine.work_link == link else []
-    yield "  " * depth + link + (f": {_joint(joint)}" if joint else " (root)") + "".join(marks)
+    yield (
+        "  " * depth
+        + link
+        + (f": {_joint(joint)}" if joint else _place(machine, link))
+        + "".join(marks)
+    )
     for below in machine.joints:
         if below.parent == link:
             yield from _tree(machine, below.child, depth + 1)
+
+
+def _fixed(machine: Machine) -> list[str]:
+    """Links that no joint moves."""
+    moved = {joint.child for joint in machine.joints}
+    return [link for link in machine.links if link not in moved]
+
+
+def _place(machine: Machine, link: str) -> str:
+    return " (root)" if link == machine.links[0] else " (fixed)"
 
 
 def _joint(joint: Joint) -> str:
@@ -110,6 +128,28 @@ def _bodies(machine: Machine) -> Iterator[str]:
             yield f"    {_part(part)}"
 
 
+def _standing(machine: Machine) -> Iterator[str]:
+    """Yield where every body of the setup stands, in machine and work coordinates."""
+    for body in machine.bodies.values():
+        if body.name in machine.links:
+            continue
+        yield f"  {body.name} on {body.link}, with all axes at 0"
+        yield f"    machine: {_corners(body, np.eye(4))}"
+        for number in sorted(machine.offsets):
+            try:
+                frame = WorkFrames.of(machine).zero_point(number, body.link)
+            except PlaceError:
+                return
+            yield f"    {offset_name(number)}: {_corners(body, frame)}"
+
+
+def _corners(body: Body, frame: Any) -> str:
+    """Lowest and highest coordinates of a body in a frame."""
+    low, high = (np.round(corner, 6) + 0.0 for corner in extent(body.parts, frame))
+    spans = zip("XYZ", low, high, strict=True)
+    return ", ".join(f"{axis} {a:.6g} .. {b:.6g}" for axis, a, b in spans)
+
+
 def _part(part: Part) -> str:
     size = np.ptp(part.triangles.reshape(-1, 3), axis=0)
     measures = " x ".join(f"{v:.6g}" for v in size)
@@ -127,8 +167,25 @@ def _pair(pair: Pair) -> str:
     return f"  {sides[0]} - {sides[1]}{clearance}"
 
 
-def _tool(tool: Tool) -> str:
-    parts = ", ".join(f"{part.name} {len(part.triangles)} triangles" for part in tool.parts)
-    missing = f"; not modelled: {', '.join(tool.unchecked)}" if tool.unchecked else ""
+def tool_line(tool: Tool) -> str:
+    """A tool in one line: number, name, type, lengths, parts, and what has no shape."""
     name = f" {tool.name}" if tool.name else ""
-    return f"  T{tool.number}{name}: length {tool.length:g} mm, {parts or 'no shape'}{missing}"
+    kind = f" ({tool.type})" if tool.type != "mill" else ""
+    size = f", diameter {tool.diameter:g} mm" if tool.diameter else ""
+    parts = ", ".join(_span(part, tool.diameter) for part in tool.parts)
+    missing = f"; not modelled: {', '.join(tool.unchecked)}" if tool.unchecked else ""
+    length = f"length {tool.length:g} mm"
+    if tool.offset[2] != tool.length:
+        length += f", {tool.offset[2]:g} mm in the table of the control"
+    return f"T{tool.number}{name}{kind}: {length}{size}, {parts or 'no shape'}{missing}"
+
+
+def _span(part: Part, diameter: float) -> str:
+    """Largest diameter of a part, where it is not that of the tool, and its ends below the face."""
+    points = part.triangles.reshape(-1, 3)
+    turned = part.turned.inner if part.turned else ()
+    widest = max((r for r, _ in turned), default=float(np.hypot(*points[:, :2].T).max()))
+    top, low = -float(points[:, 2].max()), -float(points[:, 2].min())
+    # A ball drawn inside by chords is a little thinner than its diameter.
+    size = "" if 0.0 <= diameter - 2.0 * widest < 0.01 * diameter else f"D{2.0 * widest:.6g} "
+    return f"{part.name} {size}{top + 0.0:.6g}..{low:.6g}"

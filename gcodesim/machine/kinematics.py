@@ -6,6 +6,8 @@ over the joints from the root to it; axes and points are world coordinates at th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -90,12 +92,18 @@ def world_from_link(machine: Machine, q: ArrayLike) -> dict[str, Array]:
     Returns:
         Link name -> (..., 4, 4); the identity at the zero pose.
     """
+    return poses_of(machine.links, machine.joints, q)
+
+
+def poses_of(links: Sequence[str], joints: Sequence[Joint], q: ArrayLike) -> dict[str, Array]:
+    """Pose of every link, as `world_from_link` gives it; joints parents first."""
     positions = np.asarray(q, dtype=np.float64)
-    if positions.shape[-1:] != (len(machine.joints),):
-        raise ValueError(f"{len(machine.joints)} joint positions expected, not {positions.shape}")
-    root = np.broadcast_to(np.eye(4), (*positions.shape[:-1], 4, 4)).copy()
-    poses = {machine.links[0]: root}
-    for index, joint in enumerate(machine.joints):
+    if positions.shape[-1:] != (len(joints),):
+        raise ValueError(f"{len(joints)} joint positions expected, not {positions.shape}")
+    moved = {joint.child for joint in joints}
+    fixed = np.broadcast_to(np.eye(4), (*positions.shape[:-1], 4, 4))
+    poses = {link: fixed.copy() for link in links if link not in moved}
+    for index, joint in enumerate(joints):
         displacement = joint_displacement(joint, positions[..., index])
         poses[joint.child] = poses[joint.parent] @ displacement
     return poses

@@ -13,6 +13,7 @@ from gcodesim.machine.files import find_machine, inside
 from gcodesim.machine.mesh_units import unit_findings
 from gcodesim.machine.model import Body, Joint, Machine, Part, Tool, ToolMount, ZeroPoint
 from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
+from gcodesim.machine.placing import WorkFrames
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
 from gcodesim.machine.setup import Setup, read_setup
 from gcodesim.machine.tools import read_tools
@@ -52,7 +53,10 @@ def load_machine(
     job = read_setup(setup)
     _check_machine(job, source.path)
     job_reader = PartReader(job.source, job.file.units, allow_outside)
-    clamped = job.bodies(links, [*links, *([mount.name] if mount else [])], job_reader)
+    _check_names(job, [*links, *([mount.name] if mount else [])])
+    offsets = _offsets(file, job)
+    work = file.work.link if file.work else None
+    clamped = job.bodies(work, WorkFrames(links, joints, mount, own, offsets), job_reader)
     tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
     members = _members(own.values(), clamped.values(), mount, table)
@@ -79,6 +83,7 @@ def load_machine(
         unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
         findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
+        offsets=offsets,
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
         unit=file.units if "units" in file.model_fields_set else None,
@@ -147,6 +152,14 @@ def _check_machine(job: Setup, machine: Path) -> None:
     if job.machine is not None and find_machine(job.machine).resolve() != machine.resolve():
         text = f"this setup is for {job.file.machine}, not for {machine}"
         raise job.source.error(text, "machine")
+
+
+def _check_names(job: Setup, taken: Sequence[str]) -> None:
+    """No body of the setup is named as a link or the tool."""
+    for name in job.file.bodies:
+        if name in taken:
+            text = f"the machine already has a body named {name}: choose another name"
+            raise job.source.error(text, "bodies", name)
 
 
 def _link_bodies(file: MachineFile, links: Sequence[str], reader: PartReader) -> dict[str, Body]:
@@ -222,27 +235,15 @@ def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:
 def _positions(
     file: MachineFile, job: Setup, joints: Sequence[Joint], source: YamlFile
 ) -> dict[str, Any]:
-    """The fields of Machine that hold positions, offsets and variables."""
+    """The fields of Machine that hold positions and variables."""
     work = file.work
     if work is not None and work.link not in file.links:
         text = f"unknown link {work.link!r}; {suggest(work.link, file.links)}"
         raise source.error(text, "work", "link")
-    given = work.offsets if work else {}
-    offsets = {
-        # A setup replaces the axes it names, and leaves the others as the machine file has them.
-        name: given[name].model_copy(update=spec.model_dump(exclude_unset=True))
-        if name in given
-        else spec
-        for name, spec in {**given, **job.file.offsets}.items()
-    }
     for code, position in file.reference.items():
         _check_axes(position, joints, source, "reference", code)
     return {
         "work_link": work.link if work else None,
-        "offsets": {
-            offset_number(name): ZeroPoint((o.X, o.Y, o.Z, o.A, o.B, o.C), o.R)
-            for name, o in offsets.items()
-        },
         "reference": file.reference,
         "start": _start(file, job, joints, source),
         "variables": job.file.variables,
@@ -271,6 +272,15 @@ def _check_tool_change(motion: Any, joints: Sequence[Joint], source: YamlFile) -
     for key, axes in motion.items() if isinstance(motion, dict) else ():
         if key != "seconds":
             _check_axes(dict.fromkeys(axes, 0.0), joints, source, "control", "tool_change", key)
+
+
+def _offsets(file: MachineFile, job: Setup) -> dict[int, ZeroPoint]:
+    """Work offsets by number: those of the machine file, and the setup's."""
+    given = job.offsets(file.work.offsets if file.work else {})
+    return {
+        offset_number(name): ZeroPoint((o.X, o.Y, o.Z, o.A, o.B, o.C), o.R)
+        for name, o in given.items()
+    }
 
 
 def _check_axes(

@@ -164,6 +164,13 @@ class BodySpec(ShapeSpec):
 class LinkSpec(BodySpec):
     """A link; geometry in world coordinates at the zero pose of all joints."""
 
+    side: Literal["work", "tool"] | None = Field(
+        default=None,
+        description="of the link that a joint moves: `work` lets the `axis` of the joint be that "
+        "of the part program, for a table goes the other way; `tool`, or left out: as the link "
+        "goes",
+    )
+
 
 class ServoSpec(Section):
     """How a drive lags behind its command; the bound of the lag is added to every clearance."""
@@ -242,22 +249,29 @@ class OffsetSpec(Section):
     R: FileNumber = Field(default=0.0, description="rotation in the XY plane [deg]")
 
 
+PLAIN_OFFSETS = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
+
+
 def offset_number(name: str) -> int:
     """Number of a work offset: G54 = 1 ... G59.3 = 9, G54.1 P1 = 101 ...; 0 for no such name."""
-    plain = ("G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3")
     additional = re.fullmatch(r"G54\.1 ?P([1-9]\d{0,2})", name)
     if additional:
         return 100 + int(additional[1])
-    return plain.index(name) + 1 if name in plain else 0
+    return PLAIN_OFFSETS.index(name) + 1 if name in PLAIN_OFFSETS else 0
 
 
-def _offset_name(name: str) -> str:
+def offset_name(number: int) -> str:
+    """Name of a work offset by its number."""
+    return f"G54.1 P{number - 100}" if number > 100 else PLAIN_OFFSETS[number - 1]
+
+
+def _known_offset(name: str) -> str:
     if not offset_number(name):
         raise PydanticCustomError("offset", "write G54 ... G59, G59.1 ... G59.3 or G54.1 P1 ...")
     return name
 
 
-OffsetName = Annotated[str, AfterValidator(_offset_name)]
+OffsetName = Annotated[str, AfterValidator(_known_offset)]
 Offsets = dict[OffsetName, OffsetSpec]
 
 
@@ -358,78 +372,34 @@ class MachineFile(Section):
     )
 
 
-class TurnedSpec(MeshSpec):
-    """A turned part of a tool: points `[r, z]`, or a mesh."""
-
-    profile: ProfilePoints | None = Field(
-        default=None, description="points [r, z], z from the gauge face TOWARDS the tip [mm]"
-    )
-    mesh: FileName | None = Field(
-        default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _short(cls, data: Any) -> Any:
-        return {"profile": data} if isinstance(data, list) else data
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> TurnedSpec:
-        if (self.profile is None) == (self.mesh is None):
-            raise PydanticCustomError("shape", "give a list of [r, z] points or `mesh: file`")
-        return self
-
-
-class FluteSpec(MeshSpec):
-    """The cutting part of a tool, from the tip upwards, or a mesh of it."""
-
-    diameter: Positive | None = Field(
-        default=None, description="where the side, drawn down, meets the plane of the tip [mm]"
-    )
-    length: Positive | None = Field(
-        default=None, description="height of the cutting part from the tip [mm]"
-    )
-    corner_radius: NotNegative = Field(
-        default=0.0, description="[mm]; half the diameter makes a ball"
-    )
-    taper: Annotated[float, Field(strict=True, gt=-80, lt=80)] = Field(
-        default=0.0, description="between axis and side, positive when it widens upwards [deg]"
-    )
-    mesh: FileName | None = Field(
-        default=None, description="mesh file, gauge point at its origin, +Z towards the spindle"
-    )
-
-    @model_validator(mode="after")
-    def _one_shape(self) -> FluteSpec:
-        if self.mesh is None and (self.diameter is None or self.length is None):
-            raise PydanticCustomError("shape", "give `diameter` and `length`, or `mesh: file`")
-        return self
-
-
-class ToolSpec(Section):
-    """One tool of the tools file."""
-
-    number: Natural = Field(description="the T number")
-    name: str = Field("", description="for people")
-    length: Positive = Field(description="gauge point to tip [mm]")
-    flute: FluteSpec | None = None
-    shank: TurnedSpec | None = None
-    holder: TurnedSpec | None = None
-
-
-class ToolsFile(Section):
-    """A tools.yaml."""
-
-    units: Unit = Field(default="mm", description="of the mesh files")
-    tools: list[ToolSpec]
+def _frame_name(name: str) -> str:
+    if name not in ("world", "table") and not offset_number(name):
+        raise PydanticCustomError("frame", "write world, table, or a work offset such as G54")
+    return name
 
 
 class SetupBodySpec(BodySpec):
-    """A fixture, the part or the stock, in coordinates of the world at the zero pose."""
+    """A fixture, the part or the stock, where people know it to be."""
 
-    link: Name = Field(description="the link it is clamped to")
+    link: Name | None = Field(
+        default=None,
+        description="the link it is clamped to; left out: that of what it stands on, or that of "
+        "`work`",
+    )
     role: Literal["fixture", "part", "stock"] = Field(
         description="flute against part or stock is cutting, not collision"
+    )
+    frame: Annotated[str, AfterValidator(_frame_name)] | None = Field(
+        default=None,
+        description="coordinates of its shape: `world` at the zero pose; `table`: program "
+        "directions, from the middle of the mount face of its link (its part `table`, if it has "
+        "one); `G54`, ...: from that zero point. Left out: `world`, or `table` where it stands "
+        "`on` something",
+    )
+    on: PartName | None = Field(
+        default=None,
+        description="what it stands on: `table`, the mount face of its link, or a body, or a part "
+        "of one (`vise.base`); only its height follows from it",
     )
 
 
@@ -441,7 +411,10 @@ class SetupFile(Section):
     )
     tools: FileName | None = Field(default=None, description="tools file, relative to this file")
     units: Unit = Field(default="mm", description="of the mesh files")
-    offsets: Offsets = Field(default_factory=dict, description="replace those of the machine file")
+    offsets: Offsets = Field(
+        default_factory=dict,
+        description="replace those of the machine file; axes that are not named keep its values",
+    )
     start: Position = Field(default_factory=dict, description="replaces that of the machine file")
     variables: dict[Natural, FileNumber] = Field(
         default_factory=dict,

@@ -99,7 +99,6 @@ MISTAKES = {
                        "did you mean 'bed'"),
     "unknown child": ("child: Y", "child: W", 10, "joints.Y.child", "unknown link 'W'"),
     "two parents": ("child: X", "child: Y", 11, "joints.X.child", "already hangs on joint Y"),
-    "two roots": ("  bed: {}", "  bed: {}\n  column: {}", 4, "links.column", "only the root"),
     "cycle": ("parent: bed, child: Z", "parent: Z, child: Z", 14, "joints.Z.parent", "Z -> Z"),
     "cycle beside a root": ("parent: bed, child: Z", "parent: Y, child: bed", 14,
                             "joints.Z.parent", "bed -> Y -> bed"),
@@ -193,7 +192,8 @@ def test_setup(tiny, changed):
     # 90 about Y takes (30, 20, 10) to (10, 20, 30), then 90 about Z to (20, 10, 30)
     np.testing.assert_array_equal(np.ptp(blank, axis=0), [20, 10, 30])
     np.testing.assert_array_equal(blank.min(axis=0), [-10, -5, 50])
-    assert machine.offsets[1].value == (3, 0, 0, 0, 0, 0)
+    assert machine.offsets[1].value == (3, 0, 40, 0, 0, 0)  # Z of the machine file stays
+    assert machine.offsets[1].rotation == 10
     assert machine.offsets[2].value == (0, 4, 0, 0, 0, 0)
     assert (machine.start["X"], machine.start["Z"]) == (-20, 100)
     assert list(machine.tools) == [3]
