@@ -57,6 +57,11 @@ ELSEWHERE: dict[str, dict[str, str]] = {
     "collision/search/lasting": {"FLAT": ROUNDING},
     "collision/search/search_kernel": {"LEAST_LENGTH": "keeps a division from 0"},
     "machine/formats/imported": {"WRITTEN_AS_ZERO": "what is written as 0 in an imported file"},
+    "machine/cutters": {"SAME_MM": "rounding of numbers of a file"},
+    "machine/formats/libraries/freecad": {"UNITS": "units"},
+    "machine/formats/libraries/fusion": {"MM_PER": "units"},
+    "machine/formats/libraries/fusion_flutes": {"SAME_MM": "rounding of inches in a library"},
+    "machine/formats/libraries/tool_t": {"MM_PER": "units"},
     "machine/formats/linuxcnc_ini": {
         "SLIDES": DATA,
         "LINEAR_UNITS": "units",
@@ -72,9 +77,17 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "DEFAULT_SPEED": "assumed where the file gives none, and remarked",
         "SPHERE_STEP": "fineness of an outline drawn around a sphere, never smaller than it",
     },
+    "machine/generic_setup": {"SMALLEST_VISE": "size of an example"},
     "machine/mesh": {"MM_PER_UNIT": "units"},
     "machine/schema": {"ORIGIN": DATA, "UP": DATA},
-    "machine/shapes": {"ARC_STEP": "fineness of an outline drawn around a cutter"},
+    "machine/outlines": {
+        "AROUND_STEP": "fineness of an outline drawn around a cutter",
+        "INSIDE_STEP": "fineness of an outline drawn inside a cutter",
+        "STRAIGHT": "rounding of points on a line",
+    },
+    "machine/placing": {
+        "PARALLEL": "which side of an axis is up",
+    },
     "machine/tree": {"SECONDS_PER_MINUTE": "unit"},
     "motion/blocks": {
         "CENTRIPETAL_SHARE": "how a control is taken to share its acceleration",

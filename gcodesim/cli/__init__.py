@@ -15,11 +15,12 @@ from gcodesim import __version__, interrupt
 from gcodesim.checking.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
 from gcodesim.cli.batch import batch, merge
 from gcodesim.cli.check import check
-from gcodesim.cli.init import init
+from gcodesim.cli.init import init, setup
 from gcodesim.cli.language import canon, explain
 from gcodesim.cli.machine import machine
 from gcodesim.cli.measure import bench, study
 from gcodesim.cli.pictures import view
+from gcodesim.cli.tool import tool
 from gcodesim.cli.tracing import trace
 from gcodesim.errors import UsageError
 
@@ -82,5 +83,19 @@ def main() -> None:
     """
 
 
-for command in (check, batch, merge, init, trace, canon, explain, machine, bench, study, view):
+for command in (
+    check,
+    batch,
+    merge,
+    init,
+    trace,
+    canon,
+    explain,
+    machine,
+    setup,
+    tool,
+    bench,
+    study,
+    view,
+):
     main.add_command(command)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -11,8 +10,8 @@ from typing import Any
 import click
 
 from gcodesim.cli.arguments import options_named
+from gcodesim.cli.outputs import write_new
 from gcodesim.errors import UsageError
-from gcodesim.output_file import write_text
 
 KINDS = ("table-table", "head-table", "head-head", "three-axis")
 """Keys of machine.generic.MACHINES: that module is imported only where it is needed."""
@@ -78,16 +77,35 @@ def schema(kind: str) -> None:
 
 
 @machine.command()
-@click.argument("kind", type=click.Choice(KINDS))
-@click.argument("path", metavar="FILE.yaml")
-def new(kind: str, path: str) -> None:
-    """Write a machine of boxes and cylinders to begin with; KIND says what carries the rotary axes.
+@click.argument("names", metavar="[KIND] FILE.yaml", nargs=-1, required=True)
+@click.option("--table", metavar="YX", help="Slides that carry the work, the lowest first.")
+@click.option("--rotary", metavar="AC", help="Rotary axes of the table, the one that tilts first.")
+@click.option("--head", metavar="CB", help="Rotary axes of the head, the one that tilts last.")
+@click.option("--travel", metavar="X Y Z", nargs=3, type=float, help="Travel of the slides [mm].")
+@click.option("--tilt", metavar="LOW HIGH", nargs=2, type=float, help="Limits of the tilt [deg].")
+def new(names: tuple[str, ...], **layout: Any) -> None:
+    """Write a machine of boxes and cylinders to begin with.
+
+    KIND is table-table, head-table, head-head or three-axis: what carries the rotary axes. Left
+    out, the options say it: --table YX --rotary BC --travel 500 450 400 --tilt -110 110 is a
+    machine whose table moves along X, on Y, with a cradle B and a rotary table C.
 
     The comments in the file say what to change. Nothing is overwritten.
     """
     from gcodesim.machine.generic import machine_text
+    from gcodesim.machine.generic_layout import Layout, layout_text
 
-    _write(path, machine_text(kind, Path(path).stem))
+    kind, path = names if len(names) == 2 else ("", names[0])
+    given = {key: value for key, value in layout.items() if value is not None}
+    if len(names) > 2 or (kind and kind not in KINDS):
+        raise UsageError(f"expected [KIND] FILE.yaml, KIND one of {', '.join(KINDS)}")
+    if kind and given:
+        raise UsageError(f"--{min(given)} describes a machine of your own: leave out {kind}")
+    if kind:
+        write_new(path, machine_text(kind, Path(path).stem))
+        return
+    letters: dict[str, Any] = {k: v.upper() if isinstance(v, str) else v for k, v in given.items()}
+    write_new(path, layout_text(Layout(**letters), Path(path).stem))
 
 
 @machine.command("import")
@@ -107,18 +125,8 @@ def import_(path: str, out: str | None) -> None:
     folder = str(Path(out or path).parent)
     found = import_ini(path) if suffix == ".ini" else import_urdf(path, folder)
     if out:
-        _write(out, found.text)
+        write_new(out, found.text)
     else:
         click.echo(found.text, nl=False)
     for line in found.remarks:
         click.echo(f"gcodesim: {path}: {line}", err=True)
-
-
-def _write(path: str, text: str) -> None:
-    """Write a new file; UsageError when there is one."""
-    try:
-        if os.path.lexists(path):
-            raise UsageError(f"{path}: there is such a file already; name another")
-        write_text(path, text)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

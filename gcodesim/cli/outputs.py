@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from gcodesim.batch.programs import is_program
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_text
 
 Output = tuple[str, str]
 """What asks for a file, as it was given, `--report junit=a.xml`, and the file."""
@@ -72,3 +74,13 @@ def _identity(path: str) -> object:
 def _is_device(path: str) -> bool:
     """Whether what is written there is kept nowhere, such as in /dev/null."""
     return Path(path).exists() and not Path(path).is_file()
+
+
+def write_new(path: str, text: str) -> None:
+    """Write a new file; UsageError when there is one."""
+    try:
+        if os.path.lexists(path):
+            raise UsageError(f"{path}: there is such a file already; name another")
+        write_text(path, text)
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

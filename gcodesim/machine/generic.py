@@ -193,7 +193,7 @@ class GenericMachine:
     radius: int
 
     def text(self, name: str) -> str:
-        """The machine file."""
+        """The machine file; characters that no name may have become `_`."""
         tail = TAIL.format(
             **vars(self),
             home=", ".join(f"{axis}: 0" for axis in self.axes),
@@ -202,7 +202,8 @@ class GenericMachine:
             flute_z=f"{self.gauge - self.holder - self.flute / 2:g}",
             zero=self.surface - self.gauge,
         )
-        return HEAD.format(title=self.title, name=name) + self.tree + tail
+        plain = re.sub(r"[^A-Za-z0-9_-]", "_", name)
+        return HEAD.format(title=self.title, name=plain) + self.tree + tail
 
 
 MACHINES = {
@@ -228,5 +229,5 @@ MACHINES = {
 
 
 def machine_text(kind: str, name: str) -> str:
-    """A machine file of a kind (a key of MACHINES); other characters of the name become `_`."""
-    return MACHINES[kind].text(re.sub(r"[^A-Za-z0-9_-]", "_", name))
+    """A machine file of a kind, a key of MACHINES."""
+    return MACHINES[kind].text(name)

@@ -106,8 +106,9 @@ def default_pairs(members: Sequence[Member], joints: Sequence[Joint]) -> list[Pa
     parent = {joint.child: joint.parent for joint in joints}
     pairs = []
     for a, b in combinations(sorted(members, key=lambda m: (m.role != TOOL, m.name.casefold())), 2):
-        between = len(_ancestry(a.link, parent) ^ _ancestry(b.link, parent))
-        if between > (1 if a.role == b.role == LINK else 0):
+        moving = _ancestry(a.link, parent) != _ancestry(b.link, parent)
+        joined = parent.get(a.link) == b.link or parent.get(b.link) == a.link
+        if moving and not (joined and a.role == b.role == LINK):
             pairs.append(Pair(a.name, b.name))
     return pairs
 

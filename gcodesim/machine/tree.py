@@ -18,12 +18,13 @@ SECONDS_PER_MINUTE = 60.0
 def build_tree(file: MachineFile, source: YamlFile) -> tuple[tuple[str, ...], tuple[Joint, ...]]:
     """Links and joints in order, parents before children and else as in the file.
 
+    Links without a joint stand fixed: that of the first joint leads, for it is the root.
+
     Raises:
-        ModelError: an unknown link, two parents, a cycle, no root or several, or a wrong joint.
+        ModelError: an unknown link, two parents, a cycle, or a wrong joint.
     """
     _check_parents(file, source)
-    root = _find_root(file, source)
-    links, joints = [root], []
+    links, joints = _fixed(file, source), []
     waiting = dict(file.joints)
     while waiting:
         name = next((n for n, spec in waiting.items() if spec.parent in links), None)
@@ -31,7 +32,7 @@ def build_tree(file: MachineFile, source: YamlFile) -> tuple[tuple[str, ...], tu
             raise _cycle_error(waiting, source)
         spec = waiting.pop(name)
         links.append(spec.child)
-        joints.append(_build_joint(name, spec, source))
+        joints.append(_build_joint(name, spec, file.links[spec.child].side, source))
     return tuple(links), tuple(joints)
 
 
@@ -52,17 +53,14 @@ def _check_parents(file: MachineFile, source: YamlFile) -> None:
         joint_of[spec.child] = name
 
 
-def _find_root(file: MachineFile, source: YamlFile) -> str:
+def _fixed(file: MachineFile, source: YamlFile) -> list[str]:
+    """The links that no joint moves, those first that carry others."""
     children = {spec.child for spec in file.joints.values()}
     roots = [name for name in file.links if name not in children]
     if not roots:
         raise _cycle_error(dict(file.joints), source)
-    if len(roots) > 1:
-        text = (
-            f"{' and '.join(roots)} have no joint: only the root may stand still, join the others"
-        )
-        raise source.error(text, "links", roots[1])
-    return roots[0]
+    parents = {spec.parent for spec in file.joints.values()}
+    return sorted(roots, key=lambda name: name not in parents)
 
 
 def _cycle_error(waiting: Mapping[str, JointSpec], source: YamlFile) -> Exception:
@@ -78,8 +76,8 @@ def _cycle_error(waiting: Mapping[str, JointSpec], source: YamlFile) -> Exceptio
     return source.error(text, "joints", joint_of[ring[0]], "parent")
 
 
-def _build_joint(name: str, spec: JointSpec, source: YamlFile) -> Joint:
-    """A joint in the units of the model."""
+def _build_joint(name: str, spec: JointSpec, side: str | None, source: YamlFile) -> Joint:
+    """A joint in the units of the model; on the work side the child moves against the axis."""
     rotary = name in "ABC"
     if rotary != (spec.type == "rotary"):
         right = "A, B and C are rotary; X, Y and Z are linear"
@@ -90,6 +88,7 @@ def _build_joint(name: str, spec: JointSpec, source: YamlFile) -> Joint:
         raise source.error("only a rotary joint has a point", "joints", name, "point")
     if not rotary and spec.wrap != "none":
         raise source.error("only a rotary joint wraps", "joints", name, "wrap")
+    axis = unit_vector(spec.axis, source, "joints", name, "axis")
     lower, upper = spec.limits or (-math.inf, math.inf)
     if lower >= upper:
         text = f"lower limit {lower:g} is not below upper limit {upper:g}: write [lower, upper]"
@@ -99,7 +98,7 @@ def _build_joint(name: str, spec: JointSpec, source: YamlFile) -> Joint:
         rotary=rotary,
         parent=spec.parent,
         child=spec.child,
-        axis=unit_vector(spec.axis, source, "joints", name, "axis"),
+        axis=-axis + 0.0 if side == "work" else axis,
         point=np.array(spec.point or (0.0, 0.0, 0.0)),
         lower=lower,
         upper=upper,

@@ -125,7 +125,9 @@ def model(replay: Replay) -> bytes:
     )
     times, positions = _keys(knots.time_s, knots.positions, [j.rotary for j in machine.joints])
     clock = made.add_column(times) if len(times) > 1 else None
-    frames = {machine.links[0]: made.add_node(root, name=machine.links[0])}
+    moved = {joint.child for joint in machine.joints}
+    fixed = [link for link in machine.links if link not in moved]
+    frames = {link: made.add_node(root, name=link) for link in fixed}
     for column, joint in enumerate(machine.joints):
         parent = frames[joint.parent]
         frames[joint.child] = _add_link(made, parent, joint, clock, positions[:, column])

@@ -35,6 +35,24 @@ def test_named_pairs_keep_their_order_and_are_sorted(changed):
     assert (by_name["Z-A"].parts_a, by_name["Z-A"].parts_b) == (None, ("cradle",))
 
 
+def test_allow_takes_parts_out(changed):
+    """Of two bodies only what both sides name is taken out; the rest stays, in one or two pairs."""
+    old = "X: {mesh: meshes/X.stl}"
+    new = "X: {parts: [{name: p, box: {size: [9, 9, 9]}}, {name: q, box: {size: [9, 9, 9]}}]}"
+    allow = "name: tiny\nallow: [{links: [X.p, Z], reason: covers}]"
+    changed(old, new)
+    machine = load_machine(changed("name: tiny", allow))
+    left = [(p.parts_a, p.parts_b) for p in machine.pairs if p.name == "X-Z"]
+    assert left == [(("q",), None)]
+    both = "C: {parts: [{name: r, box: {size: [9, 9, 9]}}, {name: s, box: {size: [9, 9, 9]}}]}"
+    changed("C: {cylinder: {radius: 75, height: 20, center: [0, 0, 30]}}", both)
+    machine = load_machine(changed("[X.p, Z]", "[C.s, X.p]"))
+    left = [(p.parts_a, p.parts_b) for p in machine.pairs if p.name == "C-X"]
+    assert left == [(("r",), None), (("s",), ("q",))]
+    with pytest.raises(ModelError, match=r"X has no part 'z'; valid: p, q"):
+        load_machine(changed("X.p]", "X.z]"))
+
+
 def test_allow_takes_pairs_out(changed):
     path = changed("name: tiny", "name: tiny\nallow: [{links: [Z, Y], reason: way covers}]")
     machine = load_machine(path)
