@@ -19,7 +19,13 @@ def tool() -> None:
 @tool.command("import")
 @click.argument("path", metavar="LIB")
 @click.option("--out", metavar="TOOLS.yaml", help="Write this file instead of standard output.")
-def import_(path: str, out: str | None) -> None:
+@click.option(
+    "--number-from",
+    type=click.IntRange(min=1),
+    metavar="N",
+    help="Number the tools anew from N on: those of a catalogue often have one number.",
+)
+def import_(path: str, out: str | None, number_from: int | None) -> None:
     """Turn a library of tools into a tools file.
 
     LIB: a Fusion library (.json, .tools), FreeCAD bits (.fctl, .fctb), a LinuxCNC tool table
@@ -33,6 +39,8 @@ def import_(path: str, out: str | None) -> None:
     if Path(path).suffix.lower() in OWN:
         raise UsageError(f"{path}: a tools file already; `gcodesim tool show` prints what it holds")
     library = read_library(Path(path))
+    if number_from is not None:
+        library.renumber(number_from)
     if out:
         write_new(out, library.text)
     else:

@@ -64,6 +64,18 @@ def test_import_says_what_it_could_not_carry_over(folder: Path) -> None:
     assert "a tools file already" in refused.output
 
 
+def test_a_catalogue_of_one_number_is_numbered_anew(folder: Path) -> None:
+    catalogue = fusion_text(*(fusion_tool(DC=size) for size in (6.0, 8.0, 10.0)))
+    (folder / "catalogue.json").write_text(catalogue)
+    plain = run("tool", "import", "catalogue.json")
+    assert plain.stderr.count("left out, an earlier tool has its number") == 2
+    args = ("--number-from", "21", "--out", "mine.yaml")
+    done = run("tool", "import", "catalogue.json", *args)
+    assert "left out, an earlier" not in done.stderr
+    tools = read_tools("mine.yaml")
+    assert {number: tool.diameter for number, tool in tools.items()} == {21: 6, 22: 8, 23: 10}
+
+
 def test_nothing_of_a_library_gets_out_of_a_comment(folder: Path) -> None:
     tool = fusion_tool("hologram") | {"description": "end\nmill: {bad}\x07 \"'"}
     (folder / "odd.json").write_text(fusion_text(tool, fusion_tool(number=2)))

@@ -70,6 +70,11 @@ class Library:
         name = f" ({tool['name']})" if tool.get("name") else ""
         self.remarks.append(f"T{tool['number']}{name}: {text}")
 
+    def renumber(self, first: int) -> None:
+        """Number the tools anew from `first` on, in their order, and the registers like them."""
+        for number, tool in enumerate(self.tools, start=first):
+            tool["number"] = number
+
     def add_lengths(self) -> None:
         """Take in a row for every length register that is not the number of its tool."""
         for tool, line in zip(list(self.tools), list(self.lines), strict=True):
