@@ -9,6 +9,7 @@ import click
 
 from gcodesim.cli.outputs import claim, write_new, writing
 from gcodesim.errors import UsageError
+from gcodesim.output_file import write_bytes
 
 
 @click.group()
@@ -97,4 +98,4 @@ def show(path: str, out: str | None, numbers: Sequence[int], allow_outside: bool
 
         claim([("--out", out)], [(path, "the file of the tools")])
         with writing(f"--out {out}"):
-            Path(out).write_bytes(tool_sheet(chosen))
+            write_bytes(out, tool_sheet(chosen))

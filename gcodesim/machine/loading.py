@@ -60,6 +60,7 @@ def load_machine(
     tools = tools or job.tools
     table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
     members = _members(own.values(), clamped.values(), mount, table)
+    members = _members(own, clamped, mount, table)
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
     units = unit_findings(
@@ -220,6 +221,18 @@ def _tool_role(name: str) -> str:
 
 def _names(parts: Sequence[Part]) -> tuple[str, ...]:
     return tuple(part.name for part in parts)
+
+
+def _members(
+    own: Mapping[str, Body],
+    clamped: Mapping[str, tuple[Body, str]],
+    mount: ToolMount | None,
+    table: Mapping[int, Tool] | None,
+) -> list[Member]:
+    """The links, the bodies of the setup and the tool as partners of pairs."""
+    bodies = [*((body, LINK) for body in own.values()), *clamped.values()]
+    members = [Member(body.name, body.link, role, _names(body.parts)) for body, role in bodies]
+    return members + ([_tool_member(mount, table)] if mount else [])
 
 
 def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import read_bytes
 from gcodesim.machine.formats.libraries.freecad import bits_of, read_freecad
 from gcodesim.machine.formats.libraries.fusion import read_fusion
 from gcodesim.machine.formats.libraries.json_items import read_json
@@ -24,7 +25,7 @@ KINDS = (
 )
 
 MOST_BYTES = 512_000_000
-"""Largest library inside a .tools file: beyond it a zip is taken for a bomb."""
+"""Largest library, of a .tools file unpacked too: beyond it a zip is taken for a bomb."""
 
 
 def read_tool_source(path: Path) -> YamlFile:
@@ -71,13 +72,14 @@ def bit_files(path: Path) -> Iterator[Path]:
 def _text_of(path: Path) -> str:
     """The text of a file, unpacked from a .tools file."""
     try:
-        content = path.read_bytes()
+        content = read_bytes(path, MOST_BYTES)
     except OSError as error:
         raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
     if content.startswith(b"PK"):
         content = _unpacked(path, content)
     try:
-        return content.decode("utf-8-sig")
+        text = content.decode("utf-8-sig")
+        return text.replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         if path.suffix.lower() in (".t", ".h"):  # controls write their own letters in comments
             return content.decode("latin-1")

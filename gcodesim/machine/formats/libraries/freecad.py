@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gcodesim.errors import ModelError, UsageError
+from gcodesim.input_file import read_text
 from gcodesim.machine.formats.libraries.json_items import JsonItem, items_of, read_json
 from gcodesim.machine.formats.libraries.library import Library, Made, ToolData
 
@@ -19,7 +20,7 @@ UNITS = {
 }  # fmt: skip
 """Unit -> mm or deg."""
 
-QUANTITY = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*(\D*)")
+QUANTITY = re.compile(r"([-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?)\s*(\D*)")
 BIT_FOLDERS = ("", "../Bit", "../bit", "Bit", "bit")
 """Where the bits of a library lie, from its own folder."""
 
@@ -99,7 +100,7 @@ def _bit(path: Path, entry: JsonItem) -> Bit:
         looked = ", ".join(str(path.parent / folder) for folder in BIT_FOLDERS[:2])
         raise entry.error(f"no tool bit {name!r} in {looked}: copy it there", "path")
     try:
-        return Bit(read_json(file, file.read_text(encoding="utf-8-sig")))
+        return Bit(read_json(file, read_text(file)))
     except OSError as error:
         raise UsageError(f"{file}: cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -9,7 +9,7 @@ from gcodesim.errors import ModelError
 from gcodesim.machine.formats.libraries.library import Library, ToolData
 
 _G10 = re.compile(r"^\s*(?:N\d+\s*)?(?:G90\s*)?G10\s*L(\d+)\s*((?:[A-Z]\s*[-+]?[\d.]+\s*)+)", re.I)
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))", re.I)
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))", re.I)
 _COMMENT = re.compile(r"\(([^)]*)\)")
 _SIEMENS = re.compile(r"^\s*(?:N\d+\s*)?\$TC_(DP|TP)(\d+)\[(\d+)(?:,\s*(\d+))?\]\s*=\s*(.+?)\s*$")
 _FRAME = re.compile(r"\$P_UIFR\[(\d+)\]\s*=\s*(.*)")

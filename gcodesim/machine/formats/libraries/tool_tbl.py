@@ -8,7 +8,7 @@ from pathlib import Path
 from gcodesim.errors import ModelError
 from gcodesim.machine.formats.libraries.library import Library, ToolData
 
-_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*", re.IGNORECASE)
+_WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))\s*", re.IGNORECASE)
 _LETTERS = "TPXYZABCUVWDIJQ"
 
 
