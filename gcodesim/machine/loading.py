@@ -51,24 +51,17 @@ def load_machine(
     own = _link_bodies(file, links, reader)
     mount = _tool_mount(file, own, reader)
     job = read_setup(setup)
-    _check_machine(job, source.path)
+    _check_setup(job, source.path, [*links, *([mount.name] if mount else [])])
     job_reader = PartReader(job.source, job.file.units, allow_outside)
-    _check_names(job, [*links, *([mount.name] if mount else [])])
-    offsets = _offsets(file, job)
-    work = file.work.link if file.work else None
-    clamped = job.bodies(work, WorkFrames(links, joints, mount, own, offsets), job_reader)
-    tools = tools or job.tools
-    table = None if tools is None else read_tools(tools, allow_outside=allow_outside)
+    frames = WorkFrames(links, joints, mount, own, _offsets(file, job))
+    clamped = job.bodies(file.work.link if file.work else None, frames, job_reader)
+    table = _tool_table(tools or job.tools, allow_outside)
     members = _members(own.values(), clamped.values(), mount, table)
-    members = _members(own, clamped, mount, table)
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
-    units = unit_findings(
-        [*reader.read, *job_reader.read],
-        list(bodies.values()),
-        mount.mounted if mount else (),
-        longest_travel(joints),
-    )
+    read = [*reader.read, *job_reader.read]
+    mounted = mount.mounted if mount else ()
+    units = unit_findings(read, list(bodies.values()), mounted, longest_travel(joints))
     return Machine(
         name=file.name,
         path=str(source.path),
@@ -84,7 +77,7 @@ def load_machine(
         unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
         findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
-        offsets=offsets,
+        offsets=frames.offsets,
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
         unit=file.units if "units" in file.model_fields_set else None,
@@ -92,6 +85,10 @@ def load_machine(
         path_tolerance=file.path_tolerance.model_dump(),
         time=file.time,
     )
+
+
+def _tool_table(path: str | None, allow_outside: bool) -> dict[int, Tool] | None:
+    return None if path is None else read_tools(path, allow_outside=allow_outside)
 
 
 def _control_keys(
@@ -148,15 +145,11 @@ def _check_ignored_words(letters: Iterable[str], joints: Sequence[Joint], source
             raise source.error(text, "control", "ignore_words")
 
 
-def _check_machine(job: Setup, machine: Path) -> None:
-    """A setup that names a machine is used with that machine only."""
+def _check_setup(job: Setup, machine: Path, taken: Sequence[str]) -> None:
+    """A setup that names a machine is used with that machine only, and no name is given twice."""
     if job.machine is not None and find_machine(job.machine).resolve() != machine.resolve():
         text = f"this setup is for {job.file.machine}, not for {machine}"
         raise job.source.error(text, "machine")
-
-
-def _check_names(job: Setup, taken: Sequence[str]) -> None:
-    """No body of the setup is named as a link or the tool."""
     for name in job.file.bodies:
         if name in taken:
             text = f"the machine already has a body named {name}: choose another name"
@@ -221,18 +214,6 @@ def _tool_role(name: str) -> str:
 
 def _names(parts: Sequence[Part]) -> tuple[str, ...]:
     return tuple(part.name for part in parts)
-
-
-def _members(
-    own: Mapping[str, Body],
-    clamped: Mapping[str, tuple[Body, str]],
-    mount: ToolMount | None,
-    table: Mapping[int, Tool] | None,
-) -> list[Member]:
-    """The links, the bodies of the setup and the tool as partners of pairs."""
-    bodies = [*((body, LINK) for body in own.values()), *clamped.values()]
-    members = [Member(body.name, body.link, role, _names(body.parts)) for body, role in bodies]
-    return members + ([_tool_member(mount, table)] if mount else [])
 
 
 def _tool_member(mount: ToolMount, table: Mapping[int, Tool] | None) -> Member:
