@@ -119,6 +119,18 @@ TOUCHING_MM = 1.0e-6
 CORNER_RADIUS_SLACK = 1.0e-9
 """The rounded corner of a cutter may reach beyond its axis by this part of its radius. Smaller
 refuses ball ends because of rounding."""
+
+STOCK_INSET_MM = 0.05
+"""How deep a tool part may be in what is left of the stock before it is a contact [mm], unless the
+setup says otherwise. Smaller, and the chords of a CAM system alarm; larger hides a touch."""
+
+LEAST_INSET_MM = 0.005
+"""Smallest inset that is accepted [mm]: beams grow as its inverse, and none is without beams."""
+
+WITNESS_OVERLAP_MM = 1.0e-3
+"""A witness lies in body and stock along this much of a line at least [mm]. Smaller lets rounding
+be a contact; what is thinner stays undecided."""
+
 FLUTE_INSET_MM = 0.05
 """By how much a flute is smaller, along its radius and its axis, where it may not touch the part
 [mm]. Smaller, and a retract along a finished wall is a contact by the tolerance of the CAM system;

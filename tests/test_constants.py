@@ -142,6 +142,32 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         ["RING", "GHOST", "CLOSE_PART", "CLOSE_GAPS", "CLOSEST_PART", "LIGHT", "EDGE"], LOOKS
     ),
     "report/study_plot": {"WIDTH": LOOKS, "HEIGHT": LOOKS, "LEAST_S": LOOKS},
+    "stock/line_cuts": {
+        "FAR": "more than any coordinate",
+        "ACROSS": "keeps a division from 0",
+        "FLAT": "keeps a division from 0",
+        **dict.fromkeys(["COVERED", "FREE", "CONVEX"], "a mark, no distance"),
+    },
+    "stock/race": {"ROUNDING": ROUNDING},
+    "stock/raw_stock": {"TRIANGLES_PER_CELL": "fineness of a grid that finds triangles"},
+    "stock/shapes_of_tools": {
+        **dict.fromkeys(["COVERED", "FREE", "CONVEX"], "a mark, no distance"),
+        "LEAST_BEND": ROUNDING,
+    },
+    "stock/sweeps": {
+        "BALL_GOOD_TO": "added where it must lie outside",
+        "MISSED": "a mark, no distance",
+    },
+    "stock/time_tree": {"NOWHERE": "more than any coordinate"},
+    "stock/tool_items": {
+        "LEAVES_MORE": ROUNDING,
+        "LARGEST_TURN": "into how many items a move is cut; each tells how far it is off",
+        "LEAST_TURN": ROUNDING,
+    },
+    "stock/workpiece": {
+        "SHARES": "how fine is looked first; what stays open is told",
+        "EVERYWHERE_MM": "more than any travel",
+    },
     "study/accuracy": {
         "FRACTION_MARGIN": GOAL,
         "QUICK": SCENE,

@@ -33,7 +33,6 @@ SHOWN = {
     "GC402",
     "GC405",
     "GC420",
-    "GC426",
     "GC427",
 }
 EXPECT = re.compile(r"\(expect: (PASS|FAIL|INCONCLUSIVE)((?: [\w-]+)*)\)")

@@ -74,6 +74,8 @@ def contact_finding(contact: Contact, first: FirstContact) -> Finding:
         where = "between two samples"
     if _contact_code(contact) == "GC105":
         where += ", in a rapid or with the spindle off"
+    if contact.in_stock:
+        what, surfaces, where = "is in what is left of", True, f"{where}, {contact.in_stock}"
     message = f"{_part_name(contact, 0)} {what} {_part_name(contact, 1)} {where}"
     return Finding(
         _contact_code(contact),
@@ -114,9 +116,8 @@ def detection_findings(detection: Detection, machine: Machine, path: Path) -> li
     found += [_in_stock(touch, path) for touch in detection.in_stock]
     found += [_probed(touch, path) for touch in detection.probed]
     found += dict.fromkeys(_undecided(pair, item) for pair, item in detection.undecided)
-    for pair, near in (entry for span in detection.findings for entry in span.too_near):
-        if not _touches_there(detection, pair, near):
-            found.append(_too_near(pair, near, path))
+    near_places = (entry for span in detection.findings for entry in span.too_near)
+    found += [_too_near(*e, path) for e in near_places if not _touches_there(detection, *e)]
     if any(span.overflows for span in detection.findings):
         message = "the search ran out of stack: some stretches of time are not decided"
         found.append(Finding("GC901", message, "search_undecided"))

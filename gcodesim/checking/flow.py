@@ -110,15 +110,25 @@ def check_once(
         from gcodesim.checking.audit import audit
         from gcodesim.checking.evidence import other_programs
         from gcodesim.collision.detector import detect
+    stocks = None
+    if machine.has_stock:
+        with watch.time("stock"):
+            from gcodesim.checking.stocks import raced
+
+            stocks = raced(task)
+            task = stocks.told(task)
     with watch.time("search"):
         detection = detect(task)
     if options.audit:
         with watch.time("audit"):
             findings += audit(task, detection)
+    if stocks:
+        findings += stocks.settle(task, detection, options.audit)
     dialect, seconds = control.readings.dialect, watch.seconds
     if options.main_program is None:
         findings += other_programs(meaning)
     result = _result(name, dialect, meaning, off, task, detection, findings, seconds)
+    result = stocks.shown(result) if stocks else result
     return replace(result, main_program=control.main_program)
 
 

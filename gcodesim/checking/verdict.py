@@ -76,6 +76,22 @@ class ReadingTaken:
 
 
 @dataclass(frozen=True)
+class StockCoverage:
+    """How a stock was followed as it is cut away.
+
+    Nothing is deeper in it than `inset_mm`, or a contact is deeper than half of it; `undecided` of
+    its beams, `width_mm` wide, stay open.
+    """
+
+    stock: str
+    inset_mm: float
+    undecided: int
+    width_mm: float
+    beams: int
+    moves: int
+
+
+@dataclass(frozen=True)
 class Coverage:
     """What was checked, and what was not.
 
@@ -93,6 +109,7 @@ class Coverage:
     off_path: tuple[str, ...] = ()
     readings: tuple[ReadingTaken, ...] = ()
     not_run: tuple[NotRun, ...] = ()
+    stocks: tuple[StockCoverage, ...] = ()
 
 
 @dataclass(frozen=True)

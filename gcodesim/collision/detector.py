@@ -89,6 +89,8 @@ class Task:
         method: search | exhaustive | paper.
         aims: what the method search is asked for.
         progress: called with the fraction of program time done.
+        decided: stocks whose pairs with the tool are decided elsewhere, as they are cut away.
+        known: sample of a contact found there: clearances count up to it.
     """
 
     path: Path
@@ -98,6 +100,8 @@ class Task:
     method: str
     aims: Aims
     progress: Callable[[float], None]
+    decided: frozenset[str] = frozenset()
+    known: int | None = None
 
 
 def load_kernels(method: str, device: str, stop_all: bool = False) -> tuple[str, ...]:
@@ -169,7 +173,7 @@ def detect(task: Task) -> Detection:
         detection.checked.update(present)
         looked = _Forbidden(task, arrays, span, travels, detection)
         early = min_contact(looked.flute_in_part(), looked.tool_while_probing(probed, bodies))
-        looked.tool_in_stock(soft, bodies)
+        looked.tool_in_stock(tuple(p for p in soft if not _is_decided(p, task, span)), bodies)
         if not pairs:
             detection.contact = early or detection.contact
             if early and not task.aims.stop_all:
@@ -187,7 +191,7 @@ def detect(task: Task) -> Detection:
                 task.aims,
                 detection.work,
                 task.progress,
-                early.sample if early else None,
+                _known(early, task),
             )
             detection.findings.append(findings)
         else:
@@ -198,7 +202,7 @@ def detect(task: Task) -> Detection:
             detection.contained += inside
         found = [c for c in (*inside, contact, early, detection.contact) if c]
         detection.contact = min(found, key=_order) if found else None
-        if detection.contact and not task.aims.stop_all:
+        if (detection.contact or _is_over(task, span)) and not task.aims.stop_all:
             break
     return detection
 
@@ -221,6 +225,23 @@ def _probed_pairs(
 def _is_fixture(pair: Pair, tool: str, bodies: dict[str, Body]) -> bool:
     other = bodies[pair.b if pair.a == tool else pair.a]
     return any(part.role == "fixture" for part in other.parts)
+
+
+def _known(early: Contact | None, task: Task) -> int | None:
+    """The sample of a contact that is known before the search of a span."""
+    known = [early.sample] if early else []
+    return min([*known, *([] if task.known is None else [task.known])], default=None)
+
+
+def _is_over(task: Task, span: Span) -> bool:
+    """Whether a contact that is known ends the check in a span."""
+    return task.known is not None and task.known * task.period_ps <= span.end_ps
+
+
+def _is_decided(pair: Pair, task: Task, span: Span) -> bool:
+    """Whether a pair of tool and stock is decided elsewhere; a tool that never moves is not."""
+    pieces = _pieces(task.path, span)
+    return bool({pair.a, pair.b} & task.decided) and pieces.start < pieces.stop
 
 
 def _pieces(path: Path, span: Span) -> slice:
@@ -264,6 +285,11 @@ class _Forbidden:
         bodies = {**machine.bodies, **({flute.name: flute} if flute else {})}
         first = self._above_flute(cuts)
         for pair in machine.cutting:
+            if _is_decided(pair, task, self.span):
+                detection.checked.add(pair)
+                if flute is not None and is_present(pair, bodies):
+                    self._note(pair, bodies)
+                continue
             for name in odd:
                 if name in (*(pair.parts_a or ()), *(pair.parts_b or ())):
                     detection.not_smaller.setdefault((pair, name), self.span)
@@ -323,6 +349,8 @@ class _Forbidden:
             return []
         rest, first = above_flute(machine), []
         for pair in machine.cutting:
+            if _is_decided(pair, self.task, span):
+                continue
             if rest is None:
                 self.detection.endless.setdefault(pair, span)
                 continue

@@ -51,7 +51,7 @@ CODES: dict[str, Code] = {
     "GC423": Code("position left to the operator or a probe", "warning", INCONCLUSIVE),
     "GC424": Code("limit of blocks or time reached", "warning", INCONCLUSIVE),
     "GC425": Code("vacant parameter used", "warning", INCONCLUSIVE),
-    "GC426": Code("the stock keeps its shape", "warning", INCONCLUSIVE),
+    "GC426": Code("the stock of that moment is not decided", "warning", INCONCLUSIVE),
     "GC427": Code("reading that depends on the control", "warning", INCONCLUSIVE),
     "GC430": Code("worth knowing", "note", NOTED),
     "GC431": Code("length of another tool", "warning", NOTED),

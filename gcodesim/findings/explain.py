@@ -48,8 +48,8 @@ ADVICE: dict[str, str] = {
     "program.",
     "GC424": "The program may not end: correct the loop, or raise the limit (--max-blocks).",
     "GC425": "Give the parameter a value before it is used.",
-    "GC426": "The stock is not cut away here: look whether the material is gone by then, or check "
-    "against the finished part (`role: part`).",
+    "GC426": "Give the tools by turned shapes and the stock as a closed mesh, so that it is "
+    "followed as it is cut away; or give a larger inset.",
     "GC427": "Controls read this in several ways, with different verdicts: look up the parameter, "
     "and write the key under `control:` in the machine file.",
     "GC430": "Nothing is wrong with the check; read the sentence once.",

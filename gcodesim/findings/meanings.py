@@ -182,9 +182,13 @@ CHECK_MEANINGS: dict[str, tuple[str, str]] = {
     "search_undecided": ("GC901", "the search gave up; use --method exhaustive for this stretch"),
     "stock_keeps_shape": (
         "GC426",
-        "the material may be cut away by then: that is not followed yet",
+        "the material may be cut away by then: the report says why that is not followed",
     ),
     "skip_touch": ("GC430", "that is what a skip move is for; holder and shank still count"),
+    "stock_inset_too_small": ("GC426", "give a larger `stock_check: {inset: 0.05}` in the setup"),
+    "stock_more_contacts": ("GC430", "correct those that are told first"),
+    "stock_not_followed": ("GC430", "give the tool by turned shapes, the stock as a closed mesh"),
+    "stock_undecided": ("GC426", "give a larger inset, or cut away what is left standing"),
     "stopped_at_ignored": ("GC901", "--stop all looks at what follows an ignored contact"),
     "flute_end_unknown": ("GC421", "write `flute: height from the tip` under `mounted`"),
     "flute_not_round": (

@@ -77,7 +77,18 @@ def cutter(kind: str, flute: FluteSpec) -> Turned:
         inner = tuple(flute.inscribed)
     elif flute.pitch is not None:
         inner = _down_to_root(inner, flute)
-    return Turned(around(outline), inner)
+    whole = flute.inscribed is None and flute.pitch is None
+    return Turned(around(outline), inner, _ball(outline) if whole else None)
+
+
+def _ball(outline: Outline) -> tuple[float, float] | None:
+    """Centre height and radius of a ball at the tip with a straight side above it."""
+    arc, after = outline[0], outline[1:]
+    if not isinstance(arc, Arc) or len(after) != 1 or isinstance(after[0], Arc):
+        return None
+    is_half = (arc.start, arc.end) == (-90.0, 0.0) and abs(arc.centre[0]) <= SAME_MM
+    straight = abs(after[0][0] - arc.radius) <= SAME_MM
+    return (arc.centre[1], arc.radius) if is_half and straight else None
 
 
 def _mill(flute: FluteSpec) -> Outline:

@@ -240,6 +240,7 @@ def _positions(
         "work_link": work.link if work else None,
         "reference": file.reference,
         "start": _start(file, job, joints, source),
+        "stock_inset": job.file.stock_check.inset,
         "variables": job.file.variables,
     }
 

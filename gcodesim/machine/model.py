@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import STOCK_INSET_MM
 from gcodesim.findings.codes import Finding
 from gcodesim.nc.control.readings import Readings, choose_readings
 
@@ -66,15 +67,18 @@ class Turned:
     Attributes:
         outer: nowhere inside the true shape, which collisions need.
         inner: nowhere outside it, which cutting needs.
+        ball: centre height and radius of the full ball at its tip, None where there is none.
     """
 
     outer: tuple[tuple[float, float], ...]
     inner: tuple[tuple[float, float], ...]
+    ball: tuple[float, float] | None = None
 
     def moved(self, shift: float) -> Turned:
         """The same, higher by `shift` [mm]."""
         outer, inner = (tuple((r, z + shift) for r, z in ps) for ps in (self.outer, self.inner))
-        return Turned(outer, inner)
+        ball = (self.ball[0] + shift, self.ball[1]) if self.ball else None
+        return Turned(outer, inner, ball)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +226,7 @@ class Machine:
         unit: of lengths in its files, mm | inch | m, None where the machine file leaves it out.
         path_tolerance: "G64" and "rapid" -> distance from the path [mm], None: unknown.
         time: how speeds change: constant | acceleration | jerk; see motion/profiles.py.
+        stock_inset: nothing may be deeper in the stock of its moment than this [mm].
         findings: GC5xx about the model.
     """
 
@@ -248,12 +253,18 @@ class Machine:
     cutting: tuple[Pair, ...] = ()
     allowed: tuple[tuple[str, str, str], ...] = ()
     unchecked_by_rule: tuple[str, ...] = ()
+    stock_inset: float = STOCK_INSET_MM
     findings: tuple[Finding, ...] = ()
 
     @property
     def axes(self) -> tuple[str, ...]:
         """Axis letters, in joint order."""
         return tuple(joint.name for joint in self.joints)
+
+    @property
+    def has_stock(self) -> bool:
+        """Something on it is there to be cut away."""
+        return any(p.role == "stock" for body in self.bodies.values() for p in body.parts)
 
     def with_readings(self, **keys: Any) -> Machine:
         """The machine as if its file gave these readings; None: as it is."""

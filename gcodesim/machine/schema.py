@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from gcodesim.constants import LEAST_INSET_MM, STOCK_INSET_MM
 from gcodesim.machine.control_keys import CONTROL_KEYS, ControlKeys
 from gcodesim.machine.sections import FileNumber, NotNegative, Positive, Section
 from gcodesim.nc.control.readings import Dialect
@@ -403,6 +404,16 @@ class SetupBodySpec(BodySpec):
     )
 
 
+class StockCheckSpec(Section):
+    """How the stock is checked as it is cut away."""
+
+    inset: Annotated[float, Field(strict=True, ge=LEAST_INSET_MM, le=5.0)] = Field(
+        default=STOCK_INSET_MM,
+        description="nothing may be deeper in what is left of the stock [mm]; half of it at least "
+        "is what a finding shows",
+    )
+
+
 class SetupFile(Section):
     """A setup.yaml."""
 
@@ -421,3 +432,4 @@ class SetupFile(Section):
         description="number -> value: macro variables that the control keeps; others are not known",
     )
     bodies: dict[Name, SetupBodySpec] = Field(default_factory=dict)
+    stock_check: StockCheckSpec = Field(default_factory=StockCheckSpec)

@@ -57,6 +57,7 @@ def report_dict(result: CheckResult) -> dict[str, Any]:
             if isinstance(value, tuple)
             else value
             for key, value in asdict(result.coverage).items()
+            if value or key != "stocks"  # a setup without a stock has no such key
         },
         "left_out": [asdict(item) for item in result.left_out],
         "pictures": list(result.pictures),

@@ -15,6 +15,7 @@ from gcodesim.checking.verdict import (
     LargestStep,
     ReadingTaken,
     SmallestDistance,
+    StockCoverage,
 )
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import Finding, Ignored
@@ -75,7 +76,10 @@ def result_of(report: dict[str, Any]) -> CheckResult:
     coverage = values["coverage"]
     taken = tuple(_made(ReadingTaken, dict(entry)) for entry in report["coverage"]["readings"])
     not_run = tuple(_made(NotRun, dict(entry)) for entry in report["coverage"]["not_run"])
-    values["coverage"] = replace(coverage, readings=taken, not_run=not_run)
+    stocks = tuple(
+        _made(StockCoverage, dict(entry)) for entry in report["coverage"].get("stocks", ())
+    )
+    values["coverage"] = replace(coverage, readings=taken, not_run=not_run, stocks=stocks)
     times = tuple((entry["tool"], entry["time_s"]) for entry in report["tool_times"])
     return CheckResult(**values | {"tool_times": times, "findings": _findings(report)})
 

@@ -205,6 +205,9 @@ def _checked(result: CheckResult) -> Iterator[str]:
         return
     until = " up to the first contact" if result.first_contact and not result.contacts else ""
     yield f"  checked: {', '.join(pairs)}{until}; {result.method} on {result.device}"
+    for each in result.coverage.stocks:
+        looked = f"{each.moves} moves near it, {each.beams} beams"
+        yield f"  {each.stock} as it is cut away: to {each.inset_mm:g} mm ({looked})"
 
 
 def _between(result: CheckResult) -> str:

@@ -70,6 +70,7 @@ def block(role: str, x: float = 0.0, size: str = "20, 20", top: float = 50.0) ->
 
 
 PAIR = ("work:", "pairs: [[Z, X]]\nwork:")
+SQUARE = ("cylinder: {radius: 3, height: 40, center", "box: {size: [6, 6, 40], center")
 NO_TOOL = (", for: all", "")
 MESH = ("X: {box: {size: [100, 100, 20], center: [0, 0, -10]}}", "X: {mesh: table.stl}")
 CONTACTS = [
@@ -119,7 +120,7 @@ LANGUAGE = [
         machine=(("no_point: units", "no_point: units, rapids: both"),),
         bodies=block("fixture"),
     ),
-    Case("GC426", "G0 Z-25", bodies=block("stock")),
+    Case("GC426", "G0 Z-65", machine=(SQUARE,), bodies=block("stock")),
     Case("GC430", "G1 X10 F100"),
     Case("GC431", "T1 M6\nG43 H2"),
     Case("GC432", "G0 X1.", unit=""),

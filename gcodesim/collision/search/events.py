@@ -33,6 +33,7 @@ class Contact:
         between: it begins and ends between two samples, or comes within the tolerance there.
         distance: smallest distance of such a stretch [mm].
         depth: how deep a body lies inside another as it appears [mm]; None where not asked for.
+        in_stock: of a stock as it is then: how deep, and what cuts it away later; else empty.
     """
 
     sample: int
@@ -47,6 +48,7 @@ class Contact:
     between: bool = False
     distance: float = 0.0
     depth: float | None = None
+    in_stock: str = ""
 
 
 @dataclass(frozen=True)
