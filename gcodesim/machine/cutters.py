@@ -78,10 +78,10 @@ def cutter(kind: str, flute: FluteSpec) -> Turned:
     elif flute.pitch is not None:
         inner = _down_to_root(inner, flute)
     whole = flute.inscribed is None and flute.pitch is None
-    return Turned(around(outline), inner, _ball(outline) if whole else None)
+    return Turned(around(outline), inner, _tip_ball(outline) if whole else None)
 
 
-def _ball(outline: Outline) -> tuple[float, float] | None:
+def _tip_ball(outline: Outline) -> tuple[float, float] | None:
     """Centre height and radius of a ball at the tip with a straight side above it."""
     arc, after = outline[0], outline[1:]
     if not isinstance(arc, Arc) or len(after) != 1 or isinstance(after[0], Arc):
