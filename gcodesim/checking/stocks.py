@@ -170,7 +170,13 @@ def _undecided(answers: Sequence[StockAnswer]) -> list[Finding]:
     """What a race leaves open."""
     findings = []
     for answer in answers:
-        if answer.too_many:
+        if answer.too_many and answer.events:
+            text = (
+                f"{answer.stock}: an earlier touch than the one told, of up to {answer.inset:g} mm, "
+                f"is not excluded: {answer.undecided} beams of {answer.width:.3g} mm stay open"
+            )
+            findings.append(Finding("GC426", text, "stock_undecided"))
+        elif answer.too_many:
             text = (
                 f"the inset of {answer.inset:g} mm is too small for {answer.stock}: beams of "
                 f"{answer.width:.3g} mm leave {answer.undecided} open; give a larger one in the "

@@ -91,12 +91,13 @@ class Question:
 
 @wp.struct
 class Hit:
-    """Where a body first meets the stock on a line."""
+    """Where a body first meets the stock on a line, and how many items were looked at for it."""
 
     sample: wp.int64
     item: wp.int32
     part: wp.int32
     height: wp.float64
+    looks: wp.int32
 
 
 @wp.struct
@@ -350,6 +351,7 @@ def race(job: RaceArrays, q: Question, lists: wp.array2d[wp.vec2d], line: wp.int
         return hit
     within = wp.vec2d(visit.low, visit.high)
     n = in_solid(job.solid, q.beam, within, lists, line)
+    looks = wp.int32(0)
     lists[line, MOST] = wp.vec2d(wp.float64(0.0), wp.float64(0.0))
     i = wp.int32(1)
     while n > 0:
@@ -361,12 +363,17 @@ def race(job: RaceArrays, q: Question, lists: wp.array2d[wp.vec2d], line: wp.int
                 continue
             k = i - job.leaves
             if k > visit.last:
+                hit.looks = looks
                 return hit
+            looks += 1
             step = passed(job, q, k, within, n, lists, line)
             if step.hit.sample < NEVER:
-                return step.hit
+                hit = step.hit
+                hit.looks = looks
+                return hit
             n = step.count
         i = following(i)
         if i == 1:
             n = 0
+    hit.looks = looks
     return hit

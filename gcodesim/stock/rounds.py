@@ -36,6 +36,13 @@ open all of it for one sample."""
 MOST_BEAMS = 8_000_000
 """Beams of one round: beyond it the inset is too small for this stock and program."""
 
+MOST_LOOKS = 200_000_000
+"""Looks at items in all rounds, expected of the next one included: some minutes on two cores."""
+
+MOST_BEAMS_AFTER_WITNESS = 2_048
+"""Beams of one round once a body is known to be in the stock: what more of them would tell is
+whether it, or another, was there a little earlier."""
+
 ROWS_ON_GPU = 10_000
 """Beams of the first round on a GPU, so that it has something to do."""
 
@@ -53,13 +60,16 @@ class RoundArrays:
 
 @wp.struct
 class FoundArrays:
-    """Per beam: from which sample on it is not proved, and the first witness on its line."""
+    """Per beam: from which sample on it is not proved, the first witness on its line, and how many
+    items were looked at.
+    """
 
     proved: wp.array[wp.int64]
     sample: wp.array[wp.int64]
     item: wp.array[wp.int32]
     part: wp.array[wp.int32]
     height: wp.array[wp.float64]
+    looks: wp.array[wp.int32]
 
 
 @wp.kernel
@@ -104,6 +114,7 @@ def race_beams(
     found_out.item[i] = hit.item
     found_out.part[i] = hit.part
     found_out.height[i] = hit.height
+    found_out.looks[i] = proof.looks + hit.looks
 
 
 @dataclass(frozen=True)
@@ -142,6 +153,7 @@ class RoundsAnswer:
         width: of the smallest beams looked at [mm].
         proved: samples before this one are proved.
         beams: looked at.
+        looks: at items, by all beams.
         too_many: the rounds ended because the next one would have had more than can be looked at.
     """
 
@@ -150,6 +162,7 @@ class RoundsAnswer:
     width: float = 0.0
     proved: int = int(NEVER)
     beams: int = 0
+    looks: int = 0
     too_many: bool = False
     rounds: list[tuple[float, int, int]] = field(default_factory=list)
 
@@ -188,7 +201,8 @@ def run_rounds(job: RaceArrays, aim: RaceAim, device: str, threads: int) -> Roun
         answer.width = float(width.max())
         answer.rounds.append((answer.width, len(centres), int(is_open.sum())))
         radius = float(np.hypot(*width) / 2.0)
-        answer.too_many = 4 * int(is_open.sum()) > MOST_BEAMS
+        answer.looks += int(found["looks"].sum(dtype=np.int64))
+        answer.too_many = _is_too_much(answer, 4 * found["looks"][is_open])
         if radius <= aim.smallest * 1.0001 or answer.too_many:
             answer.undecided = int(is_open.sum())
             answer.proved = min(answer.proved, int(proved[is_open].min(initial=NEVER)))
@@ -199,6 +213,20 @@ def run_rounds(job: RaceArrays, aim: RaceAim, device: str, threads: int) -> Roun
     if answer.witness:
         answer.proved = min(answer.proved, answer.witness.sample)
     return answer
+
+
+def _is_too_much(answer: RoundsAnswer, looks: NDArray[np.int32]) -> bool:
+    """Tell whether the next round is not worth its time, or beyond all bounds.
+
+    Args:
+        answer: so far.
+        looks: of the beams that are open, four times: of those that each becomes.
+    """
+    beams = 4 * len(looks)
+    if answer.witness:
+        return beams > MOST_BEAMS_AFTER_WITNESS
+    expected = int(looks.sum(dtype=np.int64))
+    return beams > MOST_BEAMS or answer.looks + expected > MOST_LOOKS
 
 
 def _raced(
@@ -224,6 +252,7 @@ def _raced(
         "item": wp.int32,
         "part": wp.int32,
         "height": wp.float64,
+        "looks": wp.int32,
     }
     for name, dtype in names.items():
         setattr(found, name, wp.empty(count, dtype=dtype, device=device))

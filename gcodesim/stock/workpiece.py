@@ -196,7 +196,7 @@ class StockRace:
             since = max(since, min(found.proved, last))
             if found.witness:
                 last = min(last, found.witness.sample)
-            if not found.undecided or found.too_many:
+            if not found.undecided or (found.too_many and not found.witness):
                 break
         job.body_box = self.body_boxes(items, job, np.ones(len(items), np.bool_))
         events = _Events(self, items, job, aim)
