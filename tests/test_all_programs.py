@@ -20,7 +20,8 @@ FILE = f"%\nO10 (FIRST)\n{SAFE}M98 P30\nM30\nO20 (SECOND)\n{LOW}M30\nO30\nG0 Z90
 def checked(folder: Path, text: str, *options: str) -> Result:
     file = folder / "part.nc"
     file.write_text(text)
-    given = ["check", str(file), "--machine", "table_tilt", "--device", "cpu", *options]
+    given = ["check", str(file), "--machine", "table_tilt", "--device", "cpu"]
+    given += ["--dialect", "fanuc", *options]
     return CliRunner().invoke(main, given, env={"CI": None})
 
 

@@ -93,7 +93,7 @@ def test_a_stop_is_no_reading_where_nothing_can_be_cut(tmp_path):
 
 @pytest.mark.parametrize("code", ["M5", "M19", "M6 T1"])
 def test_what_stops_the_spindle_on_every_control_is_no_reading(tmp_path, code):
-    result = checked(tmp_path, INTO.format(stop=code), "part")
+    result = checked(tmp_path, INTO.format(stop=code), "part", tool_change="stays")
     assert (result.verdict, codes(result)) == ("fail", ["GC105"])
 
 

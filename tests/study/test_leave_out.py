@@ -31,7 +31,7 @@ def test_less_is_looked_at_for_the_same_answer(tmp_path: Path) -> None:
     assert by_kind["3 axes"]["triangles_out"] > by_kind["5 axes"]["triangles_out"]
     assert study["imported"] == []
     assert "search_kernel" in study["kernels"]
-    assert {"paper", "triangles", "intervals"} <= set(study["kernels_out"])
+    assert {"paper", "triangles", "lasting", "depths"} <= set(study["kernels_out"])
     with table.open(newline="") as rows:
         assert [row["program"] for row in csv.DictReader(rows)] == [
             row["program"] for row in study["savings"]
