@@ -75,7 +75,8 @@ def check_program(
     if not any(is_varied(reading.key) for reading in result.coverage.readings):
         return result
     # Another way of reading only has to show whether it hits something, and how deep.
-    quick = replace(options, minimum=False, nearest=False, audit=False)
+    every = options.stop_all and bool(result.contacts)
+    quick = replace(options, minimum=False, nearest=False, audit=False, stop_all=every)
 
     def again(keys: Mapping[str, str]) -> CheckResult:
         return check_once(text, name, machine.with_readings(**keys), quick)

@@ -172,8 +172,8 @@ def _undecided(answers: Sequence[StockAnswer]) -> list[Finding]:
     for answer in answers:
         if answer.too_many and answer.events:
             text = (
-                f"{answer.stock}: an earlier touch than the one told, of up to {answer.inset:g} mm, "
-                f"is not excluded: {answer.undecided} beams of {answer.width:.3g} mm stay open"
+                f"{answer.stock}: a touch before the one told, up to {answer.inset:g} mm, is not "
+                f"excluded: {answer.undecided} beams of {answer.width:.3g} mm stay open"
             )
             findings.append(Finding("GC426", text, "stock_undecided"))
         elif answer.too_many:

@@ -39,9 +39,9 @@ MOST_BEAMS = 8_000_000
 MOST_LOOKS = 200_000_000
 """Looks at items in all rounds, expected of the next one included: some minutes on two cores."""
 
-MOST_BEAMS_AFTER_WITNESS = 2_048
-"""Beams of one round once a body is known to be in the stock: what more of them would tell is
-whether it, or another, was there a little earlier."""
+MOST_PAIRS_AFTER_WITNESS = 250_000_000
+"""Beams of one round times items of the program once a body is known to be in the stock: what more
+of them would tell is whether it, or another, was there a little earlier."""
 
 ROWS_ON_GPU = 10_000
 """Beams of the first round on a GPU, so that it has something to do."""
@@ -60,9 +60,7 @@ class RoundArrays:
 
 @wp.struct
 class FoundArrays:
-    """Per beam: from which sample on it is not proved, the first witness on its line, and how many
-    items were looked at.
-    """
+    """Per beam: from which sample on it is not proved, the first witness on its line, the work."""
 
     proved: wp.array[wp.int64]
     sample: wp.array[wp.int64]
@@ -202,7 +200,7 @@ def run_rounds(job: RaceArrays, aim: RaceAim, device: str, threads: int) -> Roun
         answer.rounds.append((answer.width, len(centres), int(is_open.sum())))
         radius = float(np.hypot(*width) / 2.0)
         answer.looks += int(found["looks"].sum(dtype=np.int64))
-        answer.too_many = _is_too_much(answer, 4 * found["looks"][is_open])
+        answer.too_many = _is_too_much(answer, 4 * found["looks"][is_open], job.leaves)
         if radius <= aim.smallest * 1.0001 or answer.too_many:
             answer.undecided = int(is_open.sum())
             answer.proved = min(answer.proved, int(proved[is_open].min(initial=NEVER)))
@@ -215,16 +213,17 @@ def run_rounds(job: RaceArrays, aim: RaceAim, device: str, threads: int) -> Roun
     return answer
 
 
-def _is_too_much(answer: RoundsAnswer, looks: NDArray[np.int32]) -> bool:
+def _is_too_much(answer: RoundsAnswer, looks: NDArray[np.int32], items: int) -> bool:
     """Tell whether the next round is not worth its time, or beyond all bounds.
 
     Args:
         answer: so far.
         looks: of the beams that are open, four times: of those that each becomes.
+        items: places in the tree of items.
     """
     beams = 4 * len(looks)
     if answer.witness:
-        return beams > MOST_BEAMS_AFTER_WITNESS
+        return beams > MOST_BEAMS or beams * items > MOST_PAIRS_AFTER_WITNESS
     expected = int(looks.sum(dtype=np.int64))
     return beams > MOST_BEAMS or answer.looks + expected > MOST_LOOKS
 

@@ -12,7 +12,10 @@ body than half the least width of its box: the ball around it would not fit.
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 import warp as wp
@@ -33,7 +36,7 @@ wp.set_module_options({**BIT_EQUAL, "max_unroll": 2})
 Floats = NDArray[np.float64]
 Times = NDArray[np.int64]
 
-FIRST_INSTANTS, ROUNDS, ADDED = 17, 6, 8
+FIRST_INSTANTS, ROUNDS, ADDED = 5, 4, 4
 """Instants of an interval looked at in the beginning, how often more are, and how many at once."""
 
 GOOD_TO_MM = 0.01
@@ -204,8 +207,14 @@ def pierced_at(p: wp.vec3d, along: wp.vec3d, t: wp.mat33d):
 
 
 @wp.func
-def between_piercings(forest: ForestArrays, root: wp.int32, p: wp.vec3d, along: wp.vec3d):
-    """The deepest of some points between the first and last place where an edge pierces a body."""
+def between_piercings(
+    forest: ForestArrays, root: wp.int32, p: wp.vec3d, along: wp.vec3d, known: wp.float64
+):
+    """The deepest of some points between the first and last place where an edge pierces a body.
+
+    Not looked at where it cannot exceed the depth that is known: the ball around a point as deep as
+    that would hold both places.
+    """
     stack = wp.zeros(shape=(STACK,), dtype=wp.int32)
     stack[0] = root
     top = wp.int32(1)
@@ -230,7 +239,8 @@ def between_piercings(forest: ForestArrays, root: wp.int32, p: wp.vec3d, along: 
             stack[top + 1] = forest.right[node]
             top += 2
     best = wp.float64(0.0)
-    if last > first:
+    half = wp.float64(0.5) * (last - first) * wp.sqrt(length)
+    if last > first and half > known + GOOD_TO:
         for k in range(POINTS_BETWEEN):
             share = wp.float64(k + 1) / wp.float64(POINTS_BETWEEN + 1)
             point = p + (first + share * (last - first)) * along
@@ -269,7 +279,7 @@ def measure_edges(
             for k in range(3):
                 p = pose.R * t[k] + pose.t
                 along = pose.R * t[(k + 1) % 3] + pose.t - p
-                best = wp.max(best, between_piercings(forest, other, p, along))
+                best = wp.max(best, between_piercings(forest, other, p, along, best))
             continue
         if top + 2 <= STACK:
             stack[top] = forest.left[node]
@@ -393,6 +403,28 @@ class DepthGauge:
         """Add the depths at some instants to their profiles."""
         times = np.concatenate([times for _, times in wanted])
         device = self.scene.device
+        threads = min(os.cpu_count() or 1, len(times)) if device == "cpu" else 1
+        cuts = np.linspace(0, len(times), threads + 1).astype(int).tolist()
+        parts = [slice(*ends) for ends in pairwise(cuts)]
+        if threads > 1:
+            with ThreadPoolExecutor(threads) as pool:
+                found = list(pool.map(lambda part: self._depths_at(pair, times[part]), parts))
+            depth = np.concatenate(found)
+        else:
+            depth = self._depths_at(pair, times)
+        found, at = depth.max(axis=1), 0
+        for profile, added in wanted:
+            new = found[at : at + len(added)]
+            at += len(added)
+            known = profile.times if len(profile.depths) else profile.times[:0]
+            every = np.concatenate([known, added])
+            order = np.argsort(every, kind="stable")
+            profile.times = every[order]
+            profile.depths = np.concatenate([profile.depths, new])[order]
+
+    def _depths_at(self, pair: int, times: Times) -> Floats:
+        """Depths of both sides at some instants, shape (m, 2) [mm]."""
+        device = self.scene.device
         asked = Asked()
         asked.pair = pair
         asked.piece = lent(self.path.piece_at(times), wp.int32, device)
@@ -411,12 +443,4 @@ class DepthGauge:
             inputs=[self.arrays, self.scene.chains, self.forest.arrays, asked, depth],
             device=device,
         )
-        found, at = depth.numpy().max(axis=1), 0
-        for profile, added in wanted:
-            new = found[at : at + len(added)]
-            at += len(added)
-            known = profile.times if len(profile.depths) else profile.times[:0]
-            every = np.concatenate([known, added])
-            order = np.argsort(every, kind="stable")
-            profile.times = every[order]
-            profile.depths = np.concatenate([profile.depths, new])[order]
+        return np.asarray(depth.numpy())
