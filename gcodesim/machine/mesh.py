@@ -16,7 +16,7 @@ from gcodesim.constants import LARGEST_NUMBER, THIN_TRIANGLE
 from gcodesim.errors import ModelError
 from gcodesim.findings.codes import Finding
 from gcodesim.input_file import read_bytes, refuse_odd
-from gcodesim.machine.mesh_counts import refuse_unreadable
+from gcodesim.machine.mesh_counts import refuse_cut_off, refuse_unreadable
 
 Array = NDArray[np.float64]
 
@@ -65,6 +65,8 @@ def read_mesh(path: Path, unit: str = "mm", *, shell: bool = False) -> Mesh:
         raise ModelError(text, str(path))
     corners = merge_corners(drawn)
     open_edges = open_edge_count(corners)
+    if open_edges and not shell:
+        refuse_cut_off(path)
     findings = [] if shell or not open_edges else [_open_finding(path, open_edges)]
     findings += _repeated(path, corners) if open_edges else []
     if not open_edges and signed_volume(triangles) < 0.0:
@@ -93,7 +95,8 @@ def _read_stl(path: Path, content: bytes) -> Array:
     held, rest = divmod(len(content) - _STL_HEADER, _STL.itemsize)
     if len(content) >= _STL_HEADER and (held, rest) == (count, 0):
         table = np.frombuffer(content, dtype=_STL, offset=_STL_HEADER)
-        return table["corners"].astype(np.float64)
+        with np.errstate(invalid="ignore"):  # what is no number `read_mesh` refuses
+            return table["corners"].astype(np.float64)
     words = content.split() if content.lstrip()[:5].lower() == b"solid" else []
     if b"facet" in words or b"endsolid" in words:
         return _stl_text(path, words)

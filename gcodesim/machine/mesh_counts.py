@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gcodesim.errors import ModelError
 
@@ -18,6 +19,8 @@ ARCHIVES = (".zip", ".gz", ".bz2")
 
 MOST_UNPACKED = 1 << 30
 """Bytes that an archive may unpack to: a mesh of twenty million triangles."""
+
+_CLEAN = "export it again with only what belongs to the mesh"
 
 SIZES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), "i1"),
@@ -81,9 +84,9 @@ def _check_off(path: Path, content: bytes) -> None:
     first = next(lines, b"")
     counts = first.upper().removeprefix(b"COFF").removeprefix(b"OFF").split()
     counts = counts or next(lines, b"").split()
-    if len(counts) < 2 or not all(count.isdigit() for count in counts[:2]):
+    points, faces = [_whole(count) for count in [*counts, b"", b""][:2]]
+    if points is None or faces is None:
         return
-    points, faces = int(counts[0]), int(counts[1])
     held = list(lines)
     if len(held) < points + faces:
         if len(held) < points:
@@ -102,8 +105,9 @@ def _lines(content: bytes, comment: bytes) -> Iterator[bytes]:
 def _refuse_half_a_face(path: Path, faces: list[bytes]) -> None:
     """A face is a count and so many points; only the last line can be cut off."""
     words = faces[-1].split() if faces else []
-    if words and words[0].isdigit() and len(words) <= int(words[0]):
-        raise _short(path, "points in its last face", int(words[0]), len(words) - 1)
+    announced = _whole(words[0]) if words else None
+    if announced is not None and len(words) <= announced:
+        raise _short(path, "points in its last face", announced, len(words) - 1)
 
 
 def _check_ply(path: Path, content: bytes) -> None:
@@ -117,9 +121,11 @@ def _check_ply(path: Path, content: bytes) -> None:
         if words[:1] == ["format"] and len(words) > 1:
             binary = words[1]
             order = ">" if "big" in binary else "<"
-        elif words[:1] == ["element"] and len(words) > 2 and words[2].isdigit():
-            elements.append((words[1], int(words[2]), []))
-        elif words[:1] == ["property"] and elements:
+        elif words[:1] == ["element"] and len(words) > 2:
+            count = _whole(words[2].encode(errors="replace"))
+            if count is not None:
+                elements.append((words[1], count, []))
+        elif words[:1] == ["property"] and len(words) > 1 and elements:
             elements[-1][2].append(words[1:])
     if binary == "ascii":
         rows = list(_lines(body, b"\0"))
@@ -141,10 +147,10 @@ def _ply_rows(
     properties: list[list[str]], count: int, body: bytes, place: int, order: str
 ) -> tuple[int, int]:
     """How many of `count` binary elements a PLY file holds from a place on, and where they end."""
-    known = all(word in SIZES for words in properties for word in words[:-1] if word != "list")
-    if not known:
+    types = [[word for word in words[:-1] if word != "list"] for words in properties]
+    if not all(0 < len(t) <= 2 and all(word in SIZES for word in t) for t in types):
         return count, place
-    sizes = [[np.dtype(order + SIZES[w]) for w in p[:-1] if w != "list"] for p in properties]
+    sizes = [[np.dtype(order + SIZES[word]) for word in t] for t in types]
     fixed = sum(kinds[0].itemsize for kinds in sizes if len(kinds) == 1)
     if all(len(kinds) == 1 for kinds in sizes):
         return min(count, (len(body) - place) // fixed if fixed else count), place + count * fixed
@@ -164,6 +170,19 @@ def _ply_rows(
 
 def _check_obj(path: Path, content: bytes) -> None:
     """Points of an OBJ file, and the points that its faces name."""
+    points, named = _obj_points(path, content)
+    if not len(named):
+        return
+    if named[-1] > points or named[0] < 1:
+        place = int(named[-1] if named[-1] > points else named[0])
+        text = f"a face names point {place}, and the file holds {points} points"
+        raise ModelError(f"{text}: it is cut off or damaged", str(path))
+    if len(named) < points - max(points // 10, 1):
+        raise ModelError(f"{_left_over(points, len(named))}: it is cut off, or {_CLEAN}", str(path))
+
+
+def _obj_points(path: Path, content: bytes) -> tuple[int, NDArray[np.int64]]:
+    """How many points an OBJ file holds, and the numbers of those that its faces name, sorted."""
     points = 0
     named: list[int] = []
     for line in _lines(content, b"#"):
@@ -173,25 +192,45 @@ def _check_obj(path: Path, content: bytes) -> None:
             if len(words) < 4:
                 raise ModelError(f"point {points} has {len(words) - 1} of 3 numbers", str(path))
         elif words[0] == b"f":
-            numbers = [word.partition(b"/")[0] for word in words[1:]]
-            if len(numbers) < 3 or not all(number.lstrip(b"-").isdigit() for number in numbers):
+            numbers = [_whole(word.partition(b"/")[0].removeprefix(b"-")) for word in words[1:]]
+            if len(numbers) < 3 or None in numbers:
                 text = f"face {line.decode('latin-1')[:60]!r} does not name three points"
                 raise ModelError(text, str(path))
-            found = [int(number) for number in numbers]
-            named += [number if number > 0 else points + 1 + number for number in found]
-    if not named:
+            back = [word.startswith(b"-") for word in words[1:]]
+            found = zip(numbers, back, strict=True)
+            named += [points + 1 - (n or 0) if from_end else (n or 0) for n, from_end in found]
+    return points, np.unique(np.array(named, dtype=np.int64))
+
+
+def _left_over(points: int, named: int) -> str:
+    return f"the file holds {points} points, and its faces name {named} of them"
+
+
+def refuse_cut_off(path: Path) -> None:
+    """Refuse a mesh that is not closed where its file looks as if its end were missing.
+
+    Raises:
+        ModelError: says by what, and what to do.
+        OSError: the file cannot be read.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in COUNTS:
         return
-    used = np.unique(named)
-    if used[-1] > points or used[0] < 1:
-        place = int(used[-1] if used[-1] > points else used[0])
-        text = f"a face names point {place}, and the file holds {points} points"
-        raise ModelError(f"{text}: it is cut off or damaged", str(path))
-    if len(used) < points - max(points // 10, 1):
-        raise ModelError(
-            f"the file holds {points} points, and its faces name {len(used)} of them: it is cut "
-            "off, or export only what belongs to the mesh",
-            str(path),
-        )
+    content = path.read_bytes()
+    if suffix == ".ply" and b"format ascii" not in content[:200]:
+        return
+    why = "" if content.endswith((b"\n", b"\r")) else "its last line has no end"
+    if suffix == ".obj" and not why:
+        points, named = _obj_points(path, content)
+        why = _left_over(points, len(named)) if 0 < len(named) < points else ""
+    if why:
+        text = f"the mesh is not closed, and {why}: the file is cut off; if it is whole, {_CLEAN}"
+        raise ModelError(f"{text}, or write `shell: true` at the mesh", str(path))
+
+
+def _whole(word: bytes) -> int | None:
+    """A number without sign, None where the word is none or too long to count anything."""
+    return int(word) if word.isdigit() and len(word) < 19 else None
 
 
 COUNTS = {".off": _check_off, ".ply": _check_ply, ".obj": _check_obj}

@@ -217,7 +217,7 @@ class _Walk:
             raise self._error(f"unknown tag {node.tag}", node, key)
         try:
             return loader.construct_object(node)
-        except (KeyError, ValueError):  # `!!bool perhaps`, `!!int x`, a number of 5000 digits
+        except (LookupError, ValueError):  # `!!bool perhaps`, `!!int ""`, 5000 digits
             kind, text = node.tag.rpartition(":")[2], reprlib.repr(node.value)
             raise self._error(f"no {kind}: {text}", node, key) from None
 

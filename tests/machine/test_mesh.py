@@ -208,6 +208,52 @@ def test_a_bad_mesh_is_named_in_a_sentence(tmp_path, name, content, said):
         read_mesh(tmp_path / name)
 
 
+@pytest.mark.parametrize(("form", "encoding"), [("off", ""), ("obj", ""), ("ply", "ascii")])
+def test_an_open_mesh_whose_file_ends_too_early_is_refused(tmp_path, form, encoding):
+    """Wherever it is cut off inside a line."""
+    sphere = trimesh.creation.icosphere(2)
+    given = {"include_normals": False} if form == "obj" else {}
+    given |= {"encoding": encoding} if encoding else {}
+    whole = sphere.export(file_type=form, **given)
+    whole = (whole if isinstance(whole, bytes) else whole.encode()).rstrip(b"\n")
+    path = tmp_path / f"part.{form}"
+    path.write_bytes(whole)
+    assert read_mesh(path).closed
+    for end in range(len(whole) - 40, len(whole)):
+        path.write_bytes(whole[:end])
+        if not whole[:end].endswith(b"\n"):
+            with pytest.raises(ModelError, match=r"cut off|damaged|three points"):
+                read_mesh(path)
+
+
+def test_an_open_obj_with_points_that_no_face_names_is_cut_off_or_a_shell(tmp_path):
+    path = tmp_path / "part.obj"
+    corners = "".join(f"v {i} {i * i} 0\n" for i in range(30))
+    faces = "".join(f"f {i} {i + 1} {i + 2}\n" for i in range(1, 28))
+    path.write_text(f"{corners}{faces}")
+    with pytest.raises(ModelError, match=r"30 points, and its faces name 29 of them: .*shell"):
+        read_mesh(path)
+    assert not read_mesh(path, shell=True).closed
+
+
+def test_a_damaged_head_of_a_mesh_file_is_a_sentence(tmp_path):
+    many = "9" * 5000
+    for name, text in (
+        ("a.off", f"OFF\n{many} 1 0\n0 0 0\n"),
+        ("a.obj", f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 {many}\n"),
+        ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {many}\nend_header\n"),
+        (
+            "a.ply",
+            "ply\nformat binary_little_endian 1.0\nelement face 3\nproperty list\n"
+            "property\nend_header\n1234",
+        ),
+        ("a.ply", "ply\nformat ascii 1.0\nelement vertex \xb2\nend_header\n"),
+    ):
+        (tmp_path / name).write_text(text)
+        with pytest.raises(ModelError):
+            read_mesh(tmp_path / name)
+
+
 def test_an_archive_that_unpacks_to_too_much_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(mesh_counts, "MOST_UNPACKED", 100_000)
     path = tmp_path / "part.zip"

@@ -37,6 +37,7 @@ ALIAS_BOMB = "\n".join(
         ("a: !!python/object/apply:os.getcwd []", "unknown tag"),
         ("a: !!python/name:os.system x", "unknown tag"),
         ("a: !!bool perhaps", "no bool: 'perhaps'"),
+        ('a: !!int ""', "no int: ''"),
         ("? !!set {b}\n: 1", "a key must be"),
         ("!!set b: 1", "unknown tag"),
         ("a: " + "[1, 2]," * 10**5, "no valid YAML"),
