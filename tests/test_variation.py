@@ -125,3 +125,47 @@ def test_what_is_ignored_in_one_way_is_ignored_in_the_others():
     result = check_program(source, "part.nc", machine, options)
     assert (result.verdict, taken(result)["rapids"]) == ("fail", ("linear", "fail"))
     assert Policy().apply(result, source, stop_all=True).verdict == "pass"
+
+
+def judged(text, stop_all=True, **readings):
+    machine = load_machine("table_tilt").with_readings(**{**KNOWN, **readings})
+    source = f"{HEAD}{text}\nM30\n"
+    options = replace(OPTIONS, stop_all=stop_all)
+    result = check_program(source, "part.nc", machine, options)
+    return result, Policy().apply(result, source, stop_all=stop_all)
+
+
+DIVE = "G43 H1 Z250\nG0 X0 Y0\nG0 Z40\nG49 (gcodesim: ignore GC102 {depth}reason=tried)\nM5"
+
+
+def test_a_contact_of_another_way_that_is_ignored_makes_no_difference():
+    raw, result = judged(DIVE.format(depth=""), length_change="both")
+    assert (raw.verdict, result.verdict) == ("inconclusive", "pass")
+    assert taken(result) == {"length_change": ("next_move", "pass")}
+    (told,) = result.ignored
+    assert told.code == "GC427"
+    assert not any(f.code == "GC602" for f in result.findings)
+
+
+def test_a_contact_of_another_way_counts_below_its_depth_and_where_the_check_stops_at_it():
+    _, deep = judged(DIVE.format(depth="depth=0.01 "), length_change="both")
+    _, stopped = judged(DIVE.format(depth=""), stop_all=False, length_change="both")
+    assert (deep.verdict, stopped.verdict) == ("inconclusive", "inconclusive")
+    assert "GC427" in [f.code for f in deep.counted]
+
+
+def test_a_first_way_that_is_ignored_leaves_the_verdict_of_the_others():
+    text = "G43 H1 Z250\nG91 G28 Z0\nG90 G0 Z500 (gcodesim: ignore GC301 reason=x)"
+    raw, result = judged(text, length_after_reference="both")
+    assert (raw.verdict, result.verdict) == ("inconclusive", "pass")
+
+
+def test_a_finding_of_another_way_counts_at_the_level_that_is_asked_for():
+    text = f"{HEAD}G43 H1 Z250\nG0 X0 Y0\nG0 Z170\nG49\nM5\nM30\n"
+    machine = load_machine("table_tilt").with_readings(**{**KNOWN, "length_change": "both"})
+    result = check_program(text, "part.nc", machine, replace(OPTIONS, clearance=20.0))
+    verdicts = [
+        Policy(fail_on=level).apply(result, text, stop_all=False).verdict
+        for level in ("error", "warning")
+    ]
+    assert verdicts == ["pass", "inconclusive"]

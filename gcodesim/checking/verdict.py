@@ -62,8 +62,8 @@ class ReadingTaken:
     """How a word was read that controls read in several ways, and what another way would give.
 
     `value` is the way that the report is of; `verdict` is that of the other ways where the check
-    has tried them (`varied`), before anything was ignored; `agrees`: they find nothing that the
-    first way does not find. The key `together` is all of them changed at once.
+    has tried them (`varied`); `agrees`: all that counts there counts in the first way too. The key
+    `together` is all of them changed at once.
     """
 
     key: str
@@ -89,6 +89,15 @@ class StockCoverage:
     width_mm: float
     beams: int
     moves: int
+
+
+@dataclass(frozen=True)
+class Way:
+    """Another way of reading a program: `key` read as `value`, and what that gives."""
+
+    key: str
+    value: str
+    result: CheckResult
 
 
 @dataclass(frozen=True)
@@ -160,7 +169,8 @@ class CheckResult:
     `fail_on` is one of LEVELS; `setup` the file it ran with; `pictures` are files
     that show what was found; `replay` is what they are made of, dropped where they are written;
     `looked_up` are the files that the program called, or for which it was looked, each with a mark
-    of its content, "" where there is none.
+    of its content, "" where there is none; `ways` are the other ways of reading the program, until
+    the policy has judged them as it judges this one.
     """
 
     program: str
@@ -190,6 +200,7 @@ class CheckResult:
     pictures: tuple[str, ...] = ()
     replay: Replay | None = field(default=None, repr=False, compare=False)
     looked_up: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
+    ways: tuple[Way, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def title(self) -> str:

@@ -6,12 +6,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from gcodesim.checking.request import CheckRequest
+from gcodesim.checking.variation import MATTERS, compared
 from gcodesim.checking.verdict import CheckResult, effect_at
 from gcodesim.findings.codes import CLEARANCES, FAIL, NOTED, Finding, Ignored
 from gcodesim.policy.baseline import Baseline, Entry
 from gcodesim.policy.comments import Comment, comments_in
 from gcodesim.policy.rules import Rule, parse_prefix, parse_rule, refusal
 
+SAME_WITHOUT = Ignored("what differs", "it is ignored")
 NOT_SELECTED = Ignored("--select")
 
 
@@ -43,7 +45,11 @@ class Policy:
             stop_all: the check looked on after the first contact.
         """
         judged = self._judged(result, text, stop_all)
-        return replace(judged, findings=_told_once(judged.findings))
+        # What is ignored in one way of reading is ignored in the others: they are judged alike.
+        ways = (replace(w, result=self._judged(w.result, text, stop_all)) for w in result.ways)
+        judged = compared(replace(judged, ways=tuple(ways)))
+        findings = [*_told_once(judged.findings), *_settled(result, judged)]
+        return replace(judged, findings=tuple(findings), ways=())
 
     def _judged(self, result: CheckResult, text: str, stop_all: bool) -> CheckResult:
         """The result with every block of every contact by itself."""
@@ -167,7 +173,8 @@ def _wrong(comments: Sequence[Comment], file: str) -> Iterator[Finding]:
 
 def _unused(comments: Sequence[Comment], result: CheckResult) -> Iterator[Finding]:
     file = result.program
-    found = {(f.line, f.code) for f in result.findings if f.file == file}
+    ways = (result, *(way.result for way in result.ways))
+    found = {(f.line, f.code) for way in ways for f in way.findings if f.file == file}
     for comment in comments:
         for rule in comment.rules:
             if not any(line == comment.line and c.startswith(rule.prefix) for line, c in found):
@@ -189,6 +196,14 @@ def _refused(finding: Finding, entry: Entry | None, fail_on: str) -> Iterator[Fi
         if not noted and (why := refusal(finding, reason, depth)):
             text = f"{finding.code} still counts, though {who} ignores it: {why}"
             yield Finding("GC601", text, "ignore_refused", file=finding.file, line=finding.line)
+
+
+def _settled(result: CheckResult, judged: CheckResult) -> Iterator[Finding]:
+    """Yield the differences between ways of reading that are gone with what was ignored."""
+    if result.ways and not any(f.meaning == MATTERS for f in judged.findings):
+        for finding in result.findings:
+            if finding.meaning == MATTERS:
+                yield replace(finding, ignored=SAME_WITHOUT)
 
 
 def _told_once(findings: Sequence[Finding]) -> tuple[Finding, ...]:
