@@ -12,9 +12,15 @@ def run() -> None:
     import os
     import sys
 
+    from gcodesim.memory_limit import shortage
     from gcodesim.streams import flush, open_streams
 
+    # It has no large matrices to work on, and raises SIGINT where it finds no memory for threads.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     open_streams()
+    if why := shortage():
+        print(f"gcodesim: {why}", file=sys.stderr, flush=True)
+        sys.exit(2)
     interrupt.watch()
     from gcodesim.checking.verdict import USAGE_EXIT
     from gcodesim.cli import main

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import io
 import os
 import select
 import stat
+from collections.abc import Iterable
 from pathlib import Path
+from typing import BinaryIO
 
 TEXT_BYTES = 4 << 20
 """Largest file written by hand: machine, tools, setup, settings, INI [bytes]. PyYAML reads about a
@@ -67,6 +70,22 @@ def read_bytes(path: str | Path, limit: int = DATA_BYTES) -> bytes:
     raise OSError(errno.EINVAL, "a device, not a file", str(path))
 
 
+def read_stream(stream: BinaryIO) -> bytes:
+    """Return all that comes through a stream that is open, as standard input is.
+
+    Raises:
+        OSError: it is a device but no terminal, or more comes than is read.
+    """
+    try:
+        kind = os.fstat(stream.fileno())
+        device = stat.S_ISCHR(kind.st_mode) and not stream.isatty()
+        if device and not os.path.samestat(kind, os.stat(os.devnull)):
+            raise OSError(errno.EINVAL, "a device, not a file")
+    except io.UnsupportedOperation:  # it is no file of the system, but a part of this program
+        pass
+    return _whole(iter(lambda: stream.read(CHUNK_BYTES), b""), "-", DATA_BYTES)
+
+
 def read_text(path: str | Path) -> str:
     """Return the text of a file written by hand: UTF-8, with or without a byte order mark.
 
@@ -96,17 +115,23 @@ def refuse_odd(path: str | Path) -> None:
 
 def _piped(path: str | Path, handle: int, limit: int) -> bytes:
     """Everything that comes through a pipe."""
-    chunks, size = [], 0
-    while True:
+
+    def next_chunk() -> bytes:
         if not select.select([handle], [], [], PIPE_S)[0]:
             raise OSError(errno.EINVAL, f"nothing came through this pipe for {PIPE_S} s", str(path))
-        chunk = os.read(handle, CHUNK_BYTES)
-        chunks.append(chunk)
-        size += len(chunk)
-        if size > limit:
-            raise _too_large(path, size, limit)
-        if not chunk:
-            return b"".join(chunks)
+        return os.read(handle, CHUNK_BYTES)
+
+    return _whole(iter(next_chunk, b""), path, limit)
+
+
+def _whole(chunks: Iterable[bytes], path: str | Path, limit: int) -> bytes:
+    """Chunks in one, while they are not too many."""
+    whole = bytearray()
+    for chunk in chunks:
+        whole += chunk
+        if len(whole) > limit:
+            raise _too_large(path, len(whole), limit)
+    return bytes(whole)
 
 
 def _too_large(path: str | Path, size: int, limit: int) -> OSError:

@@ -27,13 +27,14 @@ class _Watch:
     """What is known of Ctrl-C in this process.
 
     Attributes:
+        heard: Ctrl-C has come.
         armed: this is a command of its own, not a library in another program.
         tidying: the command catches KeyboardInterrupt, and tidies up then.
         said: the message is out.
         last: what is done before the process ends at once.
     """
 
-    armed = tidying = said = False
+    armed = tidying = said = heard = False
     last: list[Callable[[], None]] = []  # noqa: RUF012 (there is one)
 
 
@@ -78,6 +79,11 @@ class Caught:
         _Watch.tidying = False
 
 
+def was_heard() -> bool:
+    """Whether Ctrl-C has come."""
+    return _Watch.heard
+
+
 def before_end(action: Callable[[], None]) -> None:
     """Have something done before the process ends at once; it must not raise."""
     _Watch.last.append(action)
@@ -91,6 +97,7 @@ def say() -> None:
 
 
 def _on_signal(number: int, frame: FrameType | None) -> None:
+    _Watch.heard = True
     if _Watch.tidying:
         _Watch.tidying = False  # a second Ctrl-C does not wait
         raise KeyboardInterrupt

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib.util
+import io
 import json
 import os
 import stat
@@ -24,7 +25,7 @@ from gcodesim.cli import main
 from gcodesim.collision.bodies import scene
 from gcodesim.collision.geometry import kernel_cache
 from gcodesim.errors import ModelError, UsageError
-from gcodesim.input_file import read_bytes
+from gcodesim.input_file import read_bytes, read_stream
 from gcodesim.interrupt import MESSAGE
 from gcodesim.machine.formats.linuxcnc_ini import read_ini
 from gcodesim.machine.loading import load_machine
@@ -191,6 +192,55 @@ run()
 """
     done = python(code)
     assert (done.returncode, done.stderr) == (130, f"{MESSAGE}\n")
+
+
+def test_ctrl_c_that_a_library_turns_into_an_error_is_130_too() -> None:
+    """As pydantic does, which builds its validators while modules are imported."""
+    code = """
+import os, gcodesim.machine.describe as describe
+def swallow(machine):
+    try:
+        os.kill(os.getpid(), 2)
+        import time; time.sleep(9)
+    except KeyboardInterrupt as error:
+        raise ValueError("no schema") from error
+describe.describe = swallow
+import sys
+sys.argv = ["gcodesim", "machine", "show", "table_tilt"]
+from gcodesim.__main__ import run
+run()
+"""
+    done = python(code)
+    assert (done.returncode, done.stderr) == (130, f"{MESSAGE}\n")
+
+
+@pytest.mark.parametrize("given", ["/dev/zero", "-"])
+def test_standard_input_without_end_is_refused(given: str) -> None:
+    command = [sys.executable, "-m", "gcodesim", "check", given, "--machine", "table_tilt"]
+    with Path("/dev/zero").open("rb") as endless:
+        done = subprocess.run(
+            command, stdin=endless, capture_output=True, text=True, timeout=60, check=False
+        )
+    assert (done.returncode, "a device, not a file" in done.stderr) == (2, True)
+
+
+def test_more_on_standard_input_than_is_read_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert read_stream(io.BytesIO(b"G0 X1")) == b"G0 X1"
+    monkeypatch.setattr(input_file, "DATA_BYTES", 100_000)
+    with pytest.raises(OSError, match="and 100,000 are read at most"):
+        read_stream(io.BytesIO(bytes(1_000_000)))
+
+
+@pytest.mark.parametrize("megabytes", [30, 60, 150, 250, 400, 560])
+def test_little_memory_is_one_line_and_never_a_verdict(megabytes: int) -> None:
+    run = f'exec "{sys.executable}" -m gcodesim check samples/part.nc --machine table_tilt --quiet'
+    command = f"ulimit -v {megabytes}000; {run}"
+    done = subprocess.run(
+        ["sh", "-c", command], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode in (0, 2), "what works with less is welcome"
+    assert "memory" in done.stderr or not done.returncode
+    assert "Traceback" not in done.stderr
 
 
 CLOSED = [("<&-", 2), (">&-", 0), ("2>&-", 0), (">/dev/full", 2)]

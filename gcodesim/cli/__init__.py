@@ -25,6 +25,10 @@ from gcodesim.cli.tracing import trace
 from gcodesim.errors import UsageError
 
 NO_MEMORY = "there is not enough memory for this: check shorter programs, or fewer at a time"
+NO_LETTERS = "this locale knows no such characters: set PYTHONUTF8=1"
+
+SHORT_OF_MEMORY = ("failed to map segment", "can't start new thread")
+"""What libraries and threads for which there is no memory end with."""
 
 
 def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -37,25 +41,30 @@ def exits_cleanly(command: Callable[..., Any]) -> Callable[..., Any]:
                 return command(*args, **kwargs)
         except (click.ClickException, click.exceptions.Exit, click.Abort):
             raise
-        except (UsageError, OSError) as error:
-            click.echo(f"gcodesim: {error}", err=True)
-            sys.exit(USAGE_EXIT)
         except KeyboardInterrupt:
             interrupt.say()
             sys.exit(INTERRUPT_EXIT)
-        except MemoryError:
-            click.echo(f"gcodesim: {NO_MEMORY}", err=True)
-            sys.exit(USAGE_EXIT)
         except Exception as error:
-            if isinstance(error, UnicodeEncodeError) and sys.getfilesystemencoding() != "utf-8":
-                why = "this locale knows no such characters: set PYTHONUTF8=1"
-                click.echo(f"gcodesim: {error.object!a}: {why}", err=True)
-                sys.exit(USAGE_EXIT)
-            traceback.print_exc()
-            click.echo("gcodesim: a defect of gcodesim, please report it", err=True)
+            if interrupt.was_heard():  # libraries turn it into errors of their own
+                interrupt.say()
+                sys.exit(INTERRUPT_EXIT)
+            why = _explained(error)
+            if not why:
+                traceback.print_exc()
+            click.echo(f"gcodesim: {why or 'a defect of gcodesim, please report it'}", err=True)
             sys.exit(USAGE_EXIT)
 
     return run
+
+
+def _explained(error: Exception) -> str:
+    """Return what to tell of an error; nothing where it is a defect."""
+    if isinstance(error, UsageError | OSError):
+        return str(error)
+    if isinstance(error, UnicodeEncodeError) and sys.getfilesystemencoding() != "utf-8":
+        return f"{error.object!a}: {NO_LETTERS}"
+    short = any(words in str(error) for words in SHORT_OF_MEMORY)
+    return NO_MEMORY if short or isinstance(error, MemoryError) else ""
 
 
 class CommandGroup(click.Group):

@@ -29,6 +29,7 @@ from gcodesim.cli.run_options import MODEL, of_command, run_options
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
 from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding
+from gcodesim.input_file import read_stream
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -184,7 +185,10 @@ def read_text(path: str) -> tuple[str, str]:
     if path == "-":
         if sys.stdin is None:
             raise UsageError("-: standard input is closed")
-        return "<stdin>", decode(sys.stdin.buffer.read())
+        try:
+            return "<stdin>", decode(read_stream(sys.stdin.buffer))
+        except OSError as error:
+            raise UsageError(f"-: cannot be read: {error.strerror}") from error
     return path, read_program(path)
 
 

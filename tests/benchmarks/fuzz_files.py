@@ -49,10 +49,15 @@ tool:
   axis: [0, 0, 1]
   mounted: {name: t, length: 100, for: all, cylinder: {radius: 5, height: 9}}
 work: {link: C, offsets: {G54: {X: 0, Y: 0, Z: -200}}}
-pairs: [{a: Z, b: C, clearance: 1.5}]
+pairs: [{links: [t, C], clearance: 1.5}]
 control: {rapids: both}
 """
 TOOLS = """tools:
+  - number: 2
+    type: lollipop
+    length: 120
+    flute: {diameter: 12, length: 10}
+    holder: [[31.5, 0], [31.5, 26], [20, 26], [20, 90]]
   - number: 1
     name: drill
     length: 170
@@ -98,6 +103,36 @@ RESULTS = """{"schema":"gcodesim.batch/1","shard":[1,1],"version":"0",\
 "jobs":[{"program":"a.nc","machine":"m","setup":"","key":"k"}]}
 {"program":"a.nc","machine":"m","setup":"","key":"k","seconds":1.0,"error":"x"}
 """
+FUSION = """{"data": [{"type": "flat end mill", "unit": "millimeters", "description": "mill",
+"geometry": {"DC": 10.0, "LCF": 20.0, "LB": 45.0, "OAL": 80.0, "SFDM": 8.0, "NOF": 3,
+"shoulder-length": 30.0, "shoulder-diameter": 9.0, "RE": 0.5, "assemblyGaugeLength": 95.0},
+"holder": {"type": "holder", "unit": "inches", "gaugeLength": 2.0, "segments": [
+{"height": 1.0, "lower-diameter": 1.0, "upper-diameter": 1.2}]},
+"post-process": {"number": 1, "length-offset": 2}}], "version": 36}
+"""
+BIT = """{"version": 2, "name": "bit", "shape": "bullnose.fcstd", "parameter": {"Diameter":
+"5,5 mm", "CornerRadius": "0.1 in", "CuttingEdgeHeight": 30, "Length": "50.0 mm",
+"ShankDiameter": "3 mm"}}
+"""
+TOOL_T = """BEGIN TOOL.T MM
+T     NAME          L        R       R2     DL     DR     TYP   LCUTS  T-ANGLE
+1     MILL_D10      +120.5   +5      +0     -0.5   +0.01  9     +25    +0
+2     DRILL_D8      +150     +4      +0     +0     +0     1     +60    +118
+[END]
+"""
+DUMP = """G21
+G90 G10 L2 P1 X-350. Y-200.5 Z-100.
+G10 L20 P3 X1. C90. (second)
+N30 G10 L10 P2 R80.5 (mill)
+G10 L11 P2 R-0.1
+"""
+SIEMENS = """$TC_TP2[3]="MILL D10"
+$TC_DP1[3,1]=120
+$TC_DP3[3,1]=110.5
+$TC_DP6[3,1]=5
+$TC_DP7[3,1]=0.5
+$P_UIFR[1]=CTRANS(X,-350,Y,-200.5,Z,-100):CFINE(X,0.1):CROT(Z,10)
+"""
 PIECES = (
     *"\0\n\r\t :-{}[]()<>/#%|~?*&=,;.'",
     *('"', "!!set ", "!!bool ", "!!int ", "!!python/name:os.system ", "&a ", "*a", "<<: ", "? "),
@@ -115,6 +150,11 @@ def seeds(folder: Path) -> dict[str, bytes]:
         "tools.yaml": TOOLS,
         "setup.yaml": SETUP,
         "tools.tbl": TABLE,
+        "tools.json": FUSION,
+        "tools.fctb": BIT,
+        "tools.t": TOOL_T,
+        "tools.nc": DUMP,
+        "tools.spf": SIEMENS,
         "gcodesim.toml": SETTINGS,
         "machine.ini": INI,
         "machine.urdf": URDF,
@@ -142,8 +182,6 @@ def _results(path: Path) -> None:
 
 
 READERS: dict[str, Callable[[Path], Any]] = {
-    "tools.yaml": lambda path: read_tools(str(path)),
-    "tools.tbl": lambda path: read_tools(str(path)),
     "setup.yaml": lambda path: load_machine(str(path.parent / "machine.yaml"), setup=str(path)),
     "gcodesim.toml": lambda path: read_settings(str(path)),
     "machine.ini": lambda path: import_ini(str(path)).text,
@@ -157,6 +195,8 @@ def reader(name: str) -> Callable[[Path], Any]:
     """Return what reads files of that name."""
     if name.startswith("mesh"):
         return read_mesh
+    if name.startswith("tools"):
+        return lambda path: read_tools(str(path))
     return READERS.get(name, lambda path: load_machine(str(path)))
 
 

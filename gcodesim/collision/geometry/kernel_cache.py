@@ -32,13 +32,16 @@ def start_warp() -> None:
     """Start Warp with a folder that can be written and holds nothing damaged.
 
     Raises:
-        UsageError: there is no such folder.
+        UsageError: there is no such folder, or too little memory for Warp.
     """
     try:
         wp.init()
     except OSError as error:
         wp.config.kernel_cache_dir = str(_spare_folder(error))
         wp.init()
+    except RuntimeError as error:  # its libraries cannot be loaded
+        why = error.__cause__ or error
+        raise UsageError(f"Warp cannot be started: {why}: is there enough memory?") from error
     folder = Path(wp.config.kernel_cache_dir)
     damaged = [module for module in folder.glob(OURS) if not _is_sound(module)]
     try:

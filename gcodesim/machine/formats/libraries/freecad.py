@@ -48,7 +48,7 @@ class Bit:
         for name in names:
             value = self.item.section("parameter").get(name)
             if isinstance(value, int | float) and not isinstance(value, bool):
-                return float(value)
+                return self.item.in_range(value, "parameter", name)
             if isinstance(value, str) and value.strip():
                 return self._quantity(name, value.strip())
         return 0.0
@@ -59,7 +59,8 @@ class Bit:
             units = "mm, cm, m, in, deg"
             message = f"expected a number with its unit ({units}), not {text!r}"
             raise self.item.error(message, "parameter", name)
-        return float(found[1].replace(",", ".")) * UNITS[found[2].strip()]
+        value = float(found[1].replace(",", ".")) * UNITS[found[2].strip()]
+        return self.item.in_range(value, "parameter", name)
 
 
 def read_freecad(path: Path, whole: JsonItem) -> Library:
@@ -77,7 +78,7 @@ def read_freecad(path: Path, whole: JsonItem) -> Library:
         library = Library(path, "FreeCAD tool library")
         for entry in items_of(whole, "tools"):
             number = entry.number("nr")
-            if number != int(number) or number < 0:
+            if not number.is_integer() or number < 0:
                 raise entry.error(f"expected a whole number, not {number:g}", "nr")
             _add(library, _bit(path, entry), int(number), entry.line)
     library.remarks.append(NO_GAUGE)

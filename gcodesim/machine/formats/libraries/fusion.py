@@ -36,7 +36,7 @@ def read_fusion(path: Path, whole: JsonItem) -> Library:
             continue
         tool = FusionTool(item, scale_of(item))
         number = item.number("post-process", "number")
-        if number != int(number) or number < 0:
+        if not number.is_integer() or number < 0:
             raise item.error(f"expected a whole number, not {number:g}", "post-process", "number")
         _add(library, tool, int(number))
     for kind, count in left_out.items():

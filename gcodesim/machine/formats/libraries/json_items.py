@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -57,9 +56,14 @@ class JsonItem:
             return 0.0
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(f"expected a number, not {value!r}", *keys)
-        if not math.isfinite(value) or abs(value) > LARGEST_NUMBER:
-            raise self.error(f"expected a number up to {LARGEST_NUMBER:g}, not {value!r}", *keys)
-        return float(value)
+        return self.in_range(value, *keys)
+
+    def in_range(self, value: int | float, *keys: str) -> float:
+        """A number that stands at a place; ModelError where it is none or far too large."""
+        if abs(value) <= LARGEST_NUMBER:
+            return float(value)
+        given = f"{value!r}"[:40]
+        raise self.error(f"expected a number up to {LARGEST_NUMBER:g}, not {given}", *keys)
 
     def text_at(self, *keys: str) -> str:
         """A text below, "" where there is none."""
@@ -82,6 +86,8 @@ def read_json(path: Path, text: str) -> JsonItem:
         data = json.loads(text)
     except json.JSONDecodeError as error:
         raise ModelError(f"no valid JSON: {error.msg}", str(path), error.lineno) from None
+    except ValueError as error:  # a number of 5000 digits
+        raise ModelError(f"no valid JSON: {error}", str(path)) from None
     except RecursionError:
         raise ModelError("no valid JSON: nested too deep", str(path)) from None
     if not isinstance(data, dict):

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 
+from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.errors import ModelError
 from gcodesim.machine.formats.libraries.library import Library, ToolData
 
-_G10 = re.compile(r"^\s*(?:N\d+\s*)?(?:G90\s*)?G10\s*L(\d+)\s*((?:[A-Z]\s*[-+]?[\d.]+\s*)+)", re.I)
+_G10 = re.compile(
+    r"^\s*(?:N\d+\s*)?(?:G90\s*)?G10\s*L(\d{1,9})\s*((?:[A-Z]\s*[-+]?[\d.]+\s*)+)", re.I
+)
 _WORD = re.compile(r"([A-Z])\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+))", re.I)
 _COMMENT = re.compile(r"\(([^)]*)\)")
-_SIEMENS = re.compile(r"^\s*(?:N\d+\s*)?\$TC_(DP|TP)(\d+)\[(\d+)(?:,\s*(\d+))?\]\s*=\s*(.+?)\s*$")
-_FRAME = re.compile(r"\$P_UIFR\[(\d+)\]\s*=\s*(.*)")
+_SIEMENS = re.compile(
+    r"^\s*(?:N\d+\s*)?\$TC_(DP|TP)(\d{1,9})\[(\d{1,9})(?:,\s*(\d{1,9}))?\]\s*=\s*(.+?)\s*$"
+)
+_FRAME = re.compile(r"\$P_UIFR\[(\d{1,9})\]\s*=\s*(.*)")
 _TRANSLATION = re.compile(r"C(?:TRANS|FINE)\(([^)]*)\)")
 
 SIEMENS_TYPES = {
@@ -59,7 +65,7 @@ def _read_g10(library: Library, text: str) -> None:
             continue
         kind, words = int(block[1]), {k.upper(): float(v) for k, v in _WORD.findall(block[2])}
         register = words.get("P", -1.0)
-        if register < 0.0 or register != int(register):
+        if register < 0.0 or not register.is_integer():
             raise ModelError("G10 needs a P, a whole number", str(library.path), number)
         if kind in (2, 20):
             _work_offset(library, kind, int(register), words, scale)
@@ -113,11 +119,8 @@ def _read_siemens(library: Library, text: str) -> None:
         if family == "TP" and index == 2:
             names[tool] = value.strip('"')
         elif family == "DP":
-            try:
-                edges.setdefault((tool, int(found[4] or 1)), {})[index] = float(value)
-            except ValueError:
-                message = f"$TC_DP{index}: expected a number, not {value!r}"
-                raise ModelError(message, str(library.path), number) from None
+            data = edges.setdefault((tool, int(found[4] or 1)), {})
+            data[index] = _number(library, f"$TC_DP{index}", value, number)
     for (tool, edge), data in edges.items():
         if edge == 1:
             _add_edge(library, tool, names.get(tool, ""), data, lines[tool])
@@ -147,17 +150,24 @@ def _add_edge(library: Library, tool: int, name: str, data: dict[int, float], li
     library.add(entry, line)
 
 
+def _number(library: Library, name: str, text: str, line: int) -> float:
+    """A finite number; ModelError where the text is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.inf
+    if abs(value) <= LARGEST_NUMBER:
+        return value
+    raise ModelError(f"{name}: expected a number, not {text[:40]!r}", str(library.path), line)
+
+
 def _frame(library: Library, number: int, text: str, line: int) -> None:
     """Note a settable frame: $P_UIFR[1] is G54; turns are not carried over."""
     values: dict[str, float] = {}
     for words in _TRANSLATION.findall(text):
         parts = [part.strip() for part in words.split(",")]
         for letter, value in zip(parts[::2], parts[1::2], strict=False):
-            try:
-                values[letter] = values.get(letter, 0.0) + float(value)
-            except ValueError:
-                message = f"$P_UIFR: expected a number, not {value!r}"
-                raise ModelError(message, str(library.path), line) from None
+            values[letter] = values.get(letter, 0.0) + _number(library, "$P_UIFR", value, line)
     name = f"G{53 + number}" if number <= 4 else f"G{500 + number}"
     if "CROT" in text and re.search(r"CROT\([^)]*[1-9]", text):
         library.remarks.append(f"{name}: its turn (CROT)")

@@ -69,7 +69,7 @@ def _add(library: Library, cells: dict[str, str], scale: float, line: int) -> bo
 
     tool = number("T", 1.0)
     length, radius = number("L") + number("DL"), number("R") + number("DR")
-    if tool < 0.0 or tool != int(tool) or (length == 0.0 and radius == 0.0):
+    if tool < 0.0 or not tool.is_integer() or (length == 0.0 and radius == 0.0):
         return False
     kind = "turning" if cells.get("TYP") in TURNING else TYPES.get(cells.get("TYP", ""), "mill")
     entry: ToolData = {"number": int(tool), "name": cells.get("NAME") or None}

@@ -40,7 +40,7 @@ def _row(row: str, comment: str, path: Path, line: int) -> ToolData:
         text = f"cannot read {unknown!r}: write words like T1 P1 Z50 D10 ;comment"
         raise ModelError(text, str(path), line)
     number = words.get("T", -1.0)
-    if number < 0 or number != int(number):
+    if number < 0 or not number.is_integer():
         raise ModelError("a line needs a tool number: T1 P1 Z50 D10 ;comment", str(path), line)
     length, diameter = words.get("Z", 0.0), abs(words.get("D", 0.0))
     offset = {letter: words[letter] for letter in "XYABC" if words.get(letter)}
