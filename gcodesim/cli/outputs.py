@@ -29,7 +29,9 @@ def claim(outputs: Iterable[Output], inputs: Iterable[Input]) -> None:
     # What is read has to be looked up in machine files: only where something is written.
     taken = {_identity(file): what for file, what in inputs} if outputs else {}
     for asked, path in outputs:
-        destroys = Path(path).is_file() and is_program(Path(path))
+        # A link, or a way through a folder that is about to be made, leads to the same file.
+        real = Path(os.path.realpath(path))
+        destroys = real.is_file() and is_program(real)
         if what := taken.get(_identity(path)) or ("an NC program" if destroys else ""):
             raise UsageError(f"{asked}: {path} is {what}: choose another file")
         if not _is_device(path):
@@ -64,10 +66,11 @@ def model_files(machine: str, setup: str | None, tools: str | None = None) -> It
 
 def _identity(path: str) -> object:
     """What two names of one file have in common, hard links too; it need not be there yet."""
+    real = os.path.realpath(path)
     try:
-        status = Path(path).stat()
+        status = os.stat(real)
     except OSError:
-        return Path(path).resolve()
+        return real
     return status.st_dev, status.st_ino
 
 

@@ -1,5 +1,6 @@
 """Memory of one process that checks many different machines: flat after the first hundred checks.
 
+Every second machine has a body from a mesh file of its own, binary STL or OBJ.
 Every machine is checked twice, the second time after all others. Run from the repository root:
 python tests/benchmarks/bench_memory.py [--machines N] [--json FILE]; ends with 1 where it grows.
 """
@@ -17,6 +18,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import trimesh
 
 from gcodesim.api import check
 from gcodesim.machine.generic import MACHINES, machine_text
@@ -45,7 +47,23 @@ def machine_of(number: int) -> str:
     def other(found: re.Match[str]) -> str:
         return f"{found[1]}{float(found[2]) * rng.uniform(0.95, 1.05):.3f}"
 
-    return re.sub(r"((?:radius|height|rapid): )([0-9.]+)", other, text)
+    text = re.sub(r"((?:radius|height|rapid): )([0-9.]+)", other, text)
+    if not number % 2:
+        return text
+    return re.sub(r"(?m)^(links:.*)$", rf"\1\n  post: {{mesh: {mesh_name(number)}}}", text, count=1)
+
+
+def mesh_name(number: int) -> str:
+    """Return the file of the body that stands beside a machine."""
+    return "post.stl" if number % 4 == 1 else "post.obj"
+
+
+def mesh_of(number: int) -> bytes:
+    """Return a mesh unlike any other: a ball of 1,280 triangles."""
+    ball = trimesh.creation.icosphere(3, radius=random.Random(number).uniform(50.0, 100.0))
+    ball.apply_translation([700.0, -400.0, 0.0])
+    content = ball.export(file_type=mesh_name(number).rpartition(".")[2])
+    return content if isinstance(content, bytes) else content.encode()
 
 
 def resident_mb() -> float:
@@ -62,6 +80,7 @@ def measure(machines: int, report: bool = True) -> list[float]:
             model = Path(folder) / "machine.yaml"
             program = Path(folder) / "program.nc"
             model.write_text(machine_of(number))
+            (Path(folder) / mesh_name(number)).write_bytes(mesh_of(number))
             program.write_text(PROGRAM.format(x=10 + number % 50, z=60 + number % 17))
             check(program, model)
             held.append(resident_mb())

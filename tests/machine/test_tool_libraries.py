@@ -191,3 +191,33 @@ def test_a_file_of_another_kind_names_those_that_are_read(tmp_path: Path) -> Non
     (tmp_path / "notes.txt").write_text("buy a new drill\n")
     with pytest.raises(ModelError, match=r"no file of tools: expected a tools file \(\.yaml\)"):
         read_tools(str(tmp_path / "notes.txt"))
+
+
+MANY = "9" * 5000
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.tbl", f"T{MANY} P1 Z50 D10\n"),
+        ("a.t", "BEGIN TOOL.T MM\n\n1 X +1\n[END]\n"),
+        ("a.t", TOOL_T.replace("+120.5", "1e999")),
+        ("a.t", TOOL_T.replace("+120.5", "nan")),
+        ("a.nc", f"G10 L10 P{MANY} R50.\n"),
+        ("a.nc", f"G10 L10 P1 R{MANY}\n"),
+        ("a.nc", f"G10 L{MANY} P1 R5\n"),
+        ("a.spf", "$TC_DP1[1,1]=inf\n$TC_DP3[1,1]=100\n"),
+        ("a.spf", f"$TC_DP1[{MANY},1]=120\n"),
+        ("a.json", f'{{"data": [], "version": {MANY}}}'),
+        ("a.json", fusion_text(fusion_tool(DC=float("inf")))),
+        ("a.json", fusion_text(fusion_tool(DC=10**400))),
+        ("a.fctb", bit_text("endmill", Length=f"{MANY} mm", CuttingEdgeHeight="3 mm")),
+        ("a.fctb", bit_text("endmill").replace("{}", f'{{"Length": {10**400}}}')),
+    ],
+)
+def test_numbers_beyond_belief_are_named_in_a_sentence(
+    tmp_path: Path, name: str, text: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(ModelError):
+        read_tools(str(tmp_path / name))

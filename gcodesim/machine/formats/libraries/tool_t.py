@@ -53,7 +53,7 @@ def _columns(header: str) -> dict[str, tuple[int, int]]:
     """Name of every column -> where it begins and ends in a line."""
     found = [(match[0], match.start()) for match in re.finditer(r"\S+", header)]
     ends = [start for _, start in found[1:]] + [10_000]
-    return {name: (start, end) for (name, start), end in zip(found, ends, strict=True)}
+    return {name: (start, end) for (name, start), end in zip(found, ends, strict=False)}
 
 
 def _add(library: Library, cells: dict[str, str], scale: float, line: int) -> bool:
