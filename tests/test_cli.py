@@ -104,6 +104,17 @@ def test_a_program_beside_the_one_that_is_checked_is_no_place_for_a_report() -> 
     assert "--report json=fail.nc: fail.nc is an NC program" in result.stderr
 
 
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize("name", ["new/../fail.nc", "link.json", "new/../pass.nc"])
+def test_no_way_round_leads_to_a_program(name: str) -> None:
+    """Neither through a folder that is not there yet, nor by a link."""
+    Path("link.json").symlink_to("fail.nc")
+    before = [Path(file).read_text() for file in ("pass.nc", "fail.nc")]
+    result = check("pass.nc", "--report", f"json={name}")
+    assert (result.exit_code, "choose another file" in result.stderr) == (2, True)
+    assert [Path(file).read_text() for file in ("pass.nc", "fail.nc")] == before
+
+
 @pytest.mark.parametrize(
     "args",
     [

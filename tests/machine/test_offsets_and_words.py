@@ -63,6 +63,16 @@ def test_two_programs_of_one_number_are_said_where_one_is_called() -> None:
     assert "subprogram_twice" in meanings
 
 
+def test_files_of_two_names_of_one_program_must_hold_the_same() -> None:
+    up, down = f"{AWAY}M99\n", "G1 Z-45. F1000.\nM99\n"
+    for second, verdict in ((up, "pass"), (down, "inconclusive")):
+        Path("O2.nc").write_text(up)
+        Path("O0002.nc").write_text(second)
+        seen, meanings = checked(f"{HEAD}M98 P2\nM30\n")
+        assert seen == verdict
+        assert ("subprogram_twice" in meanings) == (second == down)
+
+
 def test_a_file_that_says_another_number_inside_is_not_the_program_called() -> None:
     for inside, verdict in (("O2\n", "pass"), ("", "pass"), ("O7\n", "inconclusive")):
         Path("O2.nc").write_text(f"{inside}{AWAY}M99\n")

@@ -128,26 +128,37 @@ class ProgramFlow:
             self.source = source
         return source
 
-    def add_beside(self, names: Iterable[str], what: str, library: str = "") -> tuple[Source, bool]:
+    def add_beside(
+        self, names: Iterable[str], what: str, library: str = "", *, equal: bool = False
+    ) -> tuple[Source, bool]:
         """Return a text that stands in the folder of the main program, and whether it is new.
 
         Args:
             names: of files, the first one found is taken.
             what: is looked for.
             library: another folder, looked through after that one.
+            equal: no name goes before another: files of several names must hold the same.
 
         Raises:
-            FlowError: there is none, or it cannot be read.
+            FlowError: there is none, or there are several, or it cannot be read.
         """
         names, main = list(names), Path(self.sources[0].file)
         folders = [main.parent] if main.is_file() else []
         for folder in [*folders, *([Path(library)] if library else [])]:
-            for path in (folder / name for name in names):
-                self._look_up(path)
-                if path.is_file() and path.resolve().parent == folder.resolve():
-                    return self.add_file(path)
+            found = self._found(folder, names)
+            if equal and len({self.looked_up[str(path)] for path in found}) > 1:
+                raise FlowError("subprogram_twice", f"{what} in {found[0]} and in {found[1]}")
+            if found:
+                return self.add_file(found[0])
         where = f" (no {names[0]} beside the program)" if folders else ""
         raise FlowError("subprogram_not_found", what + where)
+
+    def _found(self, folder: Path, names: Iterable[str]) -> list[Path]:
+        """Return the files of some names in a folder, and not elsewhere by a link."""
+        paths = [folder / name for name in names]
+        for path in paths:
+            self._look_up(path)
+        return [p for p in paths if p.is_file() and p.resolve().parent == folder.resolve()]
 
     def add_file(self, path: Path) -> tuple[Source, bool]:
         """Return the text of a file, and whether it is new.

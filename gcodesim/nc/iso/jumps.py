@@ -210,7 +210,8 @@ class Jumps:
         listed = readings.programs.get(str(number), "")
         names = (f"O{number:04d}.nc", f"O{number}.nc", f"o{number:04d}.nc", f"o{number}.nc")
         try:
-            source = self._beside(names, f"O{number}", "" if listed else readings.library)
+            library = "" if listed else readings.library
+            source = self._beside(names, f"O{number}", library, equal=True)
         except FlowError as error:
             if error.meaning != "subprogram_not_found" or not listed:
                 raise
@@ -315,9 +316,11 @@ class Jumps:
             )
             yield NotRun(f"blocks after {ended}", len(found), source.first + found[0] + 1)
 
-    def _beside(self, names: tuple[str, ...], what: str, library: str) -> Source:
+    def _beside(
+        self, names: tuple[str, ...], what: str, library: str, *, equal: bool = False
+    ) -> Source:
         """Return a text of the folder of the main program, or of the library, and no other."""
-        return self._added(*self.flow.add_beside(names, what, library))
+        return self._added(*self.flow.add_beside(names, what, library, equal=equal))
 
     def _added(self, source: Source, is_new: bool) -> Source:
         """Return a text of another file, whose structure is known."""
