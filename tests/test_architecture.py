@@ -73,7 +73,7 @@ LAYERS = {
     "report": OUTWARD
     | {"findings.explain", "__init__", "checking.replay"}
     | {"collision.views.rays", "collision.views.distances"},
-    "policy": OUTWARD,
+    "policy": OUTWARD | {"checking.variation"},
     "api": TYPES | {"nc", "machine", "checking.flow", "policy"},
     "batch": TYPES
     | {"nc", "machine", "collision", "checking.flow", "policy", "report", "__init__"},
@@ -82,7 +82,8 @@ LAYERS = {
     "cli": TYPES
     | {"nc", "machine", "motion", "report", "policy", "study", "batch", "starter", "checking"}
     | {"findings.explain", "__init__"},
-    "__main__": {"cli", "checking.verdict", "interrupt", "streams"},
+    "memory_limit": set(),
+    "__main__": {"cli", "checking.verdict", "interrupt", "memory_limit", "streams"},
     "__init__": set(),
 }
 """Layer -> what it may import besides itself; the types import only types."""

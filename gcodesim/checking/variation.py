@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-from gcodesim.checking.verdict import PASS, CheckResult, ReadingTaken, Way
+from gcodesim.checking.verdict import PASS, CheckResult, OtherWay, ReadingTaken
 from gcodesim.constants import DEPTH_SLACK
 from gcodesim.findings.codes import FAIL, Finding
 from gcodesim.findings.fingerprints import likeness
@@ -32,10 +32,10 @@ def varied(first: CheckResult, again: Again) -> CheckResult:
         again: makes the result of another way.
     """
     keys = [r.key for r in first.coverage.readings if is_varied(r.key)]
-    ways = [Way(key, value, again({key: value})) for key in keys for value in ways_of(key)[1:]]
+    ways = [OtherWay(key, value, again({key: value})) for key in keys for value in ways_of(key)[1:]]
     if len(keys) > 1:
         changed = {key: ways_of(key)[1] for key in keys}
-        ways.append(Way(TOGETHER, "the other way", again(changed)))
+        ways.append(OtherWay(TOGETHER, "the other way", again(changed)))
     looked_up = dict(first.looked_up)
     for way in ways:
         looked_up |= way.result.looked_up
@@ -102,7 +102,7 @@ def _failing(result: CheckResult) -> dict[str, float]:
     return depths
 
 
-def _difference(first: CheckResult, reading: ReadingTaken, way: Way) -> Finding:
+def _difference(first: CheckResult, reading: ReadingTaken, way: OtherWay) -> Finding:
     """Return the finding that another way of reading gives another verdict, and why."""
     code, right = MEANINGS[MATTERS]
     what = f"{reading.key}: {reading.value} gives {_outcome(first)}, "

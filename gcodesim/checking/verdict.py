@@ -92,7 +92,7 @@ class StockCoverage:
 
 
 @dataclass(frozen=True)
-class Way:
+class OtherWay:
     """Another way of reading a program: `key` read as `value`, and what that gives."""
 
     key: str
@@ -200,7 +200,7 @@ class CheckResult:
     pictures: tuple[str, ...] = ()
     replay: Replay | None = field(default=None, repr=False, compare=False)
     looked_up: Mapping[str, str] = field(default_factory=dict, repr=False, compare=False)
-    ways: tuple[Way, ...] = field(default=(), repr=False, compare=False)
+    ways: tuple[OtherWay, ...] = field(default=(), repr=False, compare=False)
 
     @property
     def title(self) -> str:
