@@ -20,7 +20,7 @@ ARCHIVES = (".zip", ".gz", ".bz2")
 MOST_UNPACKED = 1 << 30
 """Bytes that an archive may unpack to: a mesh of twenty million triangles."""
 
-_CLEAN = "export it again with only what belongs to the mesh"
+_CLEAN = "export only what belongs to the mesh"
 
 SIZES = {
     **dict.fromkeys(("char", "uchar", "int8", "uint8"), "i1"),
