@@ -75,8 +75,7 @@ def check_program(
     if not any(is_varied(reading.key) for reading in result.coverage.readings):
         return result
     # Another way of reading only has to show whether it hits something, and how deep.
-    every = options.stop_all and bool(result.contacts)
-    quick = replace(options, minimum=False, nearest=False, audit=False, stop_all=every)
+    quick = replace(options, minimum=False, nearest=False, audit=False)
 
     def again(keys: Mapping[str, str]) -> CheckResult:
         return check_once(text, name, machine.with_readings(**keys), quick)

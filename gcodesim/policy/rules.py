@@ -40,6 +40,8 @@ def refusal(finding: Finding, reason: str, depth: float | None = None) -> str:
         return NOT_CHECKED
     if finding.is_contact and not reason:
         return NO_REASON
+    if depth is not None and finding.is_contact and finding.depth is None:
+        return f"how deep it is is not known, and {depth:.4g} mm were accepted"
     if depth is not None and finding.depth is not None and finding.depth > depth:
         unit = "deg" if finding.code == "GC302" else "mm"
         return f"it is {finding.depth:.4g} {unit} now, and {depth:.4g} {unit} were accepted"

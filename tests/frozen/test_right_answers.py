@@ -56,7 +56,7 @@ FIELD = {
     "g19_rotate_while_clamped": Right(PASS),
     "g20_dwo_then_rapid_xyz": Right(FAIL, "GC102", "N130"),
     "g21_rapid_through_part": Right(FAIL, "GC105", "N130", {"X": -56.0}),
-    "g21_rapid_through_stock": Right(UNKNOWN, "GC426", "N130"),
+    "g21_rapid_through_stock": Right(FAIL, "GC105", "N130", {"X": -56.0}),
     "g23_stale_length_after_change": Right(FAIL, "GC102", "N160", {"Z": -360.0}),
     "g25_h_other_than_t_for_all": Right(PASS, "GC431", "N110"),
     "g26_g44_for_g43": Right(FAIL, "GC301", "N110"),
