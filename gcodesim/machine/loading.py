@@ -16,6 +16,7 @@ from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.placing import WorkFrames
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
 from gcodesim.machine.setup import Setup, read_setup
+from gcodesim.machine.standing import standing_lines
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
@@ -53,7 +54,8 @@ def load_machine(
     job = read_setup(setup)
     _check_setup(job, source.path, [*links, *([mount.name] if mount else [])])
     job_reader = PartReader(job.source, job.file.units, allow_outside)
-    frames = WorkFrames(links, joints, mount, own, _offsets(file, job))
+    start = _start(file, job, joints, source)
+    frames = WorkFrames(links, joints, mount, own, _offsets(file, job), start)
     clamped = job.bodies(file.work.link if file.work else None, frames, job_reader)
     table = _tool_table(tools or job.tools, allow_outside)
     members = _members(own.values(), clamped.values(), mount, table)
@@ -74,8 +76,13 @@ def load_machine(
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
+        unchecked_by_rule=(
+            *chosen.unchecked_by_rule,
+            *_shells(bodies.values(), mount),
+            *standing_lines(joints, start),
+        ),
         findings=(*reader.findings, *job_reader.findings, *units),
+        start=start,
         **_positions(file, job, joints, source),
         offsets=frames.offsets,
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
@@ -239,7 +246,6 @@ def _positions(
     return {
         "work_link": work.link if work else None,
         "reference": file.reference,
-        "start": _start(file, job, joints, source),
         "stock_inset": job.file.stock_check.inset,
         "variables": job.file.variables,
     }

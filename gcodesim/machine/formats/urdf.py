@@ -289,7 +289,7 @@ def _letters(
             r"(?:joint|axis)?[_-]?([a-z])[_-]?(?:joint|axis)?", joint.get("name", "").lower()
         )
         letter = name[1].upper() if name else ""
-        if letter and letter in ("ABC" if rotary else "XYZ") and letter not in letters.values():
+        if letter and letter in ("ABC" if rotary else "XYZUVW") and letter not in letters.values():
             letters[joint] = letter
     for joint, frame in moving:
         if joint in letters:
@@ -297,10 +297,14 @@ def _letters(
         order = np.argsort(-np.abs(_axis(document, joint, frame)), kind="stable")
         family = "ABC" if MOVING[joint.get("type", "")] else "XYZ"
         free = [family[i] for i in order if family[i] not in letters.values()]
-        if not free:
-            raise document.error(f"a machine has no axes beyond {', '.join(family)}", joint)
+        if free:
+            remark = f"joint {joint.get('name')} became the axis {free[0]}: rename it"
+        else:
+            name = re.sub(r"[^A-Za-z0-9]+", "_", f"axis {joint.get('name')}")
+            free = [_unique(name, set(letters.values()))]
+            remark = f"joint {joint.get('name')} became {free[0]}, which stands at its `start`"
         letters[joint] = free[0]
-        document.remarks.append(f"joint {joint.get('name')} became the axis {free[0]}: rename it")
+        document.remarks.append(remark)
     return letters
 
 
