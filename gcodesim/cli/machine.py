@@ -112,18 +112,24 @@ def new(names: tuple[str, ...], **layout: Any) -> None:
 @click.argument("path", metavar="FILE")
 @click.option("--out", metavar="M.yaml", help="Write this file instead of standard output.")
 def import_(path: str, out: str | None) -> None:
-    """Turn a LinuxCNC INI file or a URDF robot description into a machine file.
+    """Turn a LinuxCNC INI file, a URDF robot or a VERICUT machine (.mch) into a machine file.
 
     What could not be carried over is listed at the head of the file, and on stderr.
     """
     from gcodesim.machine.formats.linuxcnc_ini import import_ini
     from gcodesim.machine.formats.urdf import import_urdf
+    from gcodesim.machine.formats.vericut_mch import import_mch
 
-    suffix = Path(path).suffix.lower()
-    if suffix not in (".ini", ".urdf", ".xml"):
-        raise UsageError(f"{path}: expected a LinuxCNC .ini file, or a .urdf file (or .xml)")
-    folder = str(Path(out or path).parent)
-    found = import_ini(path) if suffix == ".ini" else import_urdf(path, folder)
+    suffix, folder = Path(path).suffix.lower(), str(Path(out or path).parent)
+    if suffix == ".ini":
+        found = import_ini(path)
+    elif suffix == ".mch":
+        found = import_mch(path, folder)
+    elif suffix in (".urdf", ".xml"):
+        found = import_urdf(path, folder)
+    else:
+        text = "expected a LinuxCNC .ini file, a .urdf file (or .xml), or a VERICUT .mch file"
+        raise UsageError(f"{path}: {text}")
     if out:
         write_new(out, found.text)
     else:

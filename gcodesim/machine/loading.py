@@ -61,8 +61,7 @@ def load_machine(
     members = _members(own.values(), clamped.values(), mount, table)
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
-    read = [*reader.read, *job_reader.read]
-    mounted = mount.mounted if mount else ()
+    read, mounted = [*reader.read, *job_reader.read], mount.mounted if mount else ()
     units = unit_findings(read, list(bodies.values()), mounted, longest_travel(joints))
     return Machine(
         name=file.name,
@@ -76,14 +75,11 @@ def load_machine(
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=(
-            *chosen.unchecked_by_rule,
-            *_shells(bodies.values(), mount),
-            *standing_lines(joints, start),
-        ),
+        unchecked_by_rule=chosen.unchecked_by_rule
+        + (*_shells(bodies.values(), mount), *standing_lines(joints, start)),
         findings=(*reader.findings, *job_reader.findings, *units),
-        start=start,
         **_positions(file, job, joints, source),
+        start=start,
         offsets=frames.offsets,
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",

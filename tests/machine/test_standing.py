@@ -56,7 +56,8 @@ def test_standing_axes_turn_and_shift_what_they_carry(quill: str) -> None:
     """Tips found by the tool centre are those of the poses of all links."""
     machine = load_machine(quill)
     centre = tool_centre(machine)
-    assert centre is not None and not centre.refusal
+    assert centre is not None
+    assert not centre.refusal
     rng = np.random.default_rng(5)
     axes = np.zeros((50, 6))
     axes[:, [0, 1, 2, 3, 5]] = rng.uniform(-90, 30, (50, 5))

@@ -12,7 +12,7 @@ from machine.stl import stl_bytes
 
 from gcodesim.cli import main
 from gcodesim.machine import shapes
-from gcodesim.machine.formats.urdf import angles_of, turn_of
+from gcodesim.machine.formats.link_poses import angles_of, turn_of
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine

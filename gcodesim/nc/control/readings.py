@@ -57,7 +57,7 @@ class ToolChangeMotion:
         pattern="^[XYZABC]$",
     )
     position: Mapping[str, float] = _key(
-        "axis -> where it stands while the tool changes, at the tool changer [mm, deg]; others stay",
+        "axis -> where it stands at the tool changer while the tool changes [mm, deg]; others stay",
         dict,
         pattern="^[XYZABC]$",
     )
