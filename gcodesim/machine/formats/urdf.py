@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gcodesim.errors import ModelError
-from gcodesim.machine.formats.link_poses import LinkPose, angles_of
 from gcodesim.machine.formats.imported import (
     Imported,
     body_entry,
@@ -27,6 +26,7 @@ from gcodesim.machine.formats.imported import (
     plain_name,
     unique,
 )
+from gcodesim.machine.formats.link_poses import LinkPose, angles_of
 from gcodesim.machine.formats.xml_tree import read_xml
 
 Array = NDArray[np.float64]

@@ -16,7 +16,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.machine.formats.link_poses import angles_of
 from gcodesim.machine.formats.imported import (
     Imported,
     body_entry,
@@ -24,6 +23,7 @@ from gcodesim.machine.formats.imported import (
     plain_name,
     unique,
 )
+from gcodesim.machine.formats.link_poses import angles_of
 from gcodesim.machine.formats.vericut_tree import MM, MOVING, MachTree, read_mach
 
 Array = NDArray[np.float64]
