@@ -46,7 +46,7 @@ def load_machine(
     source = read_yaml(find_machine(path))
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
-    _check_limits_of_time(file, source)
+    law, missing = _law_of_time(file, source)
     given = _control_keys(file, joints, source, allow_outside)
     reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
@@ -76,7 +76,7 @@ def load_machine(
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
         unchecked_by_rule=chosen.unchecked_by_rule
-        + (*_shells(bodies.values(), mount), *standing_lines(joints, start)),
+        + (*_shells(bodies.values(), mount), *standing_lines(joints, start), *missing),
         findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
         start=start,
@@ -86,7 +86,7 @@ def load_machine(
         unit=file.units if "units" in file.model_fields_set else None,
         given=given,
         path_tolerance=file.path_tolerance.model_dump(),
-        time=file.time,
+        time=law,
     )
 
 
@@ -127,14 +127,30 @@ def _shells(bodies: Iterable[Body], mount: ToolMount | None) -> Iterator[str]:
             yield f"{name}: a shell, of which only the surface is checked"
 
 
-def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
-    """Every joint gives the limits that the chosen `time` keeps."""
+def _law_of_time(file: MachineFile, source: YamlFile) -> tuple[str, tuple[str, ...]]:
+    """How speeds change, and for `auto` a line that says which limits are missing, if any.
+
+    Raises:
+        ModelError: a joint lacks a limit that the chosen `time` keeps.
+    """
     needed = {"acceleration": ("max_acceleration",), "jerk": ("max_acceleration", "max_jerk")}
-    for name, spec in file.joints.items():
-        for key in needed.get(file.time, ()):
-            if getattr(spec, key) is None:
-                text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
-                raise source.error(text, "joints", name)
+    lacking = {
+        key: [name for name, spec in file.joints.items() if getattr(spec, key) is None]
+        for key in needed["jerk"]
+    }
+    for key in needed.get(file.time, ()):
+        for name in lacking[key]:
+            text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
+            raise source.error(text, "joints", name)
+    if file.time != "auto":
+        return file.time, ()
+    for key, law, how in (
+        ("max_acceleration", "constant", "at constant speed"),
+        ("max_jerk", "acceleration", "within `max_acceleration`, without a limit of jerk"),
+    ):
+        if lacking[key]:
+            return law, (f"time: blocks run {how}: {', '.join(lacking[key])} without `{key}`",)
+    return "jerk", ()
 
 
 def _check_ignored_words(letters: Iterable[str], joints: Sequence[Joint], source: YamlFile) -> None:

@@ -371,10 +371,11 @@ class MachineFile(Section):
         default_factory=list, description="pairs taken out, with a reason"
     )
     path_tolerance: PathToleranceSpec = Field(default_factory=PathToleranceSpec)
-    time: Literal["constant", "acceleration", "jerk"] = Field(
+    time: Literal["constant", "acceleration", "jerk", "auto"] = Field(
         default="constant",
         description="speed within a block: as programmed, or within `max_acceleration`, or within "
-        "`max_jerk` too, with look-ahead",
+        "`max_jerk` too, with look-ahead; auto: as far as every joint has those limits, and each "
+        "report says what is missing",
     )
 
 
