@@ -58,7 +58,9 @@ def test_import_says_what_it_could_not_carry_over(folder: Path) -> None:
     written = (folder / "tools.yaml").read_text()
     assert "\n# Made by `gcodesim tool import` from shop.json, a Fusion tool lib" in written
     assert f"#   - {remark}" in written
-    assert run("tool", "import", "shop.json").stdout == written
+    first, _, rest = written.partition("\n")
+    assert first == "# yaml-language-server: $schema=tools.schema.json"
+    assert run("tool", "import", "shop.json").stdout == rest
     refused = run("tool", "import", "tools.yaml")
     assert refused.exit_code == 2
     assert "a tools file already" in refused.output
