@@ -181,6 +181,14 @@ def test_an_axis_that_programs_do_not_move_stands(folder: Path) -> None:
     assert "axis_B" in load_machine(str(folder / "mill.yaml")).axes
 
 
+def test_without_collision_pairs_every_two_links_are_checked(folder: Path) -> None:
+    begin, end = MCH.index("<Collision>"), MCH.index("</Collision>")
+    (folder / "mill.mch").write_text(MCH[:begin] + "<Collision>" + MCH[end:])
+    assert "no collision pairs: every two links are checked" in import_(folder).stderr
+    pairs = {(p.a, p.b) for p in load_machine(str(folder / "mill.yaml")).pairs}
+    assert pairs == {("Base", "C"), ("Base", "Z"), ("C", "Z"), ("Y", "Z")}
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
@@ -193,6 +201,9 @@ def test_an_axis_that_programs_do_not_move_stands(folder: Path) -> None:
         ('TlMin="-200"', 'TlMin="400"', "TlMin 400 must be below TlMax 300"),
         ("<Value>900", "<Value>up", "expected a number, not 'up'"),
         ('X="50" Y="60"', 'X="50" Y="6O"', "expected a number as in Y="),
+        ('Height="40"', 'Height="-4"', 'Height="-4" must be above 0'),
+        ('Tol="1.5"', 'Tol="-1"', 'Tol="-1" must be 0 or more'),
+        ('Tol="1.5"', 'Tol="1e99"', "expected a number as in Tol="),
         ("</Collision>", "</Between>", "no valid XML"),
     ],
 )

@@ -83,6 +83,8 @@ def import_mch(path: str, folder: str) -> Imported:
     pairs = list(_pairs(tree, links, shapes, tool))
     if pairs:
         machine.sections["pairs"] = pairs
+    else:
+        tree.remarks.append("no collision pairs: every two links are checked, less neighbours")
     machine.remarks = [*tree.remarks, *_left_behind(tree)]
     return machine
 
@@ -134,10 +136,10 @@ def _shape(tree: MachTree, element: Element) -> dict[str, Any] | None:
     if element.tag == "Poly":
         return _mesh(tree, element)
     if element.tag == "Cylinder":
-        radius, height = (tree.scale * tree.number(element, k) for k in ("Radius", "Height"))
+        radius, height = (tree.size(element, k) for k in ("Radius", "Height"))
         return {"cylinder": {"radius": radius, "height": height, "center": [0, 0, height / 2]}}
     if element.tag == "Block":
-        sides = [tree.scale * tree.number(element, k) for k in ("Length", "Width", "Height")]
+        sides = [tree.size(element, k) for k in ("Length", "Width", "Height")]
         return {"box": {"size": sides, "center": [side / 2 for side in sides]}}
     if element.get("Visible") is not None:
         where = f"line {tree.lines[element]}"
@@ -283,6 +285,9 @@ def _pairs(
             of = f"{', '.join(unknown)} is of a project" if unknown else "two components needed"
             tree.remarks.append(f"pair {what}: {of}, not carried over")
             continue
+        tolerance = tree.number(between, "Tol", "0") * tree.scale
+        if tolerance < 0.0:
+            raise tree.error(f'Tol="{between.get("Tol")}" must be 0 or more', between)
         sides = [
             _side(tree, name, between.get(key, "off") == "on", links, shapes, tool)
             for name, key in zip(named, ("Sub1", "Sub2"), strict=True)
@@ -294,7 +299,6 @@ def _pairs(
                 continue
             seen.add(frozenset((one, other)))
             kept += 1
-            tolerance = tree.number(between, "Tol", "0") * tree.scale
             yield {"links": [one, other], **({"clearance": tolerance} if tolerance else {})}
         if not kept:
             text = "they have no shape, are one body or neighbours, or were named before"

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from numpy.typing import NDArray
 
+from gcodesim.constants import LARGEST_NUMBER
 from gcodesim.errors import ModelError
 from gcodesim.machine.formats.link_poses import LinkPose
 from gcodesim.machine.formats.xml_tree import read_xml
@@ -53,14 +54,21 @@ class MachTree:
         return ModelError(message, self.path, self.lines[element], key)
 
     def number(self, element: Element, name: str, default: str | None = None) -> float:
-        """An attribute as a finite number."""
+        """An attribute as a number that is finite, and not too large for a machine file."""
         text = element.get(name, default)
         try:
             value = float(text or "")
         except ValueError:
             value = np.nan
-        if not np.isfinite(value):
+        if not abs(value) * self.scale <= LARGEST_NUMBER:
             raise self.error(f'expected a number as in {name}="1.5", not {text!r}', element)
+        return value
+
+    def size(self, element: Element, name: str) -> float:
+        """An attribute as a length above 0 [mm]."""
+        value = self.number(element, name) * self.scale
+        if value <= 0.0:
+            raise self.error(f'{name}="{element.get(name)}" must be above 0', element)
         return value
 
     def parent(self, name: str) -> str:
