@@ -137,6 +137,12 @@ class Readings:
             "rules": {},
         },
     )
+    spindle_seconds: float = _key(
+        "time that M3 and M4 take where the spindle stands or turns the other way, while the axes "
+        "wait [s]",
+        0.0,
+        ge=0,
+    )
     r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
     arc: ArcTolerance = field(
         default_factory=ArcTolerance, metadata={"meaning": "tolerances of arc words", "rules": {}}
