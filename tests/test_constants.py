@@ -77,6 +77,12 @@ ELSEWHERE: dict[str, dict[str, str]] = {
         "DEFAULT_SPEED": "assumed where the file gives none, and remarked",
         "SPHERE_STEP": "fineness of an outline drawn around a sphere, never smaller than it",
     },
+    "machine/formats/vericut_mch": {
+        "UNLIMITED": "VERICUT's own way to write no limit",
+        "DEFAULT_SPEED": "assumed where the file gives none, and remarked",
+        "DIRECTIONS": "unit vectors",
+    },
+    "machine/formats/vericut_tree": {"MM": "units"},
     "machine/generic_setup": {"SMALLEST_VISE": "size of an example"},
     "machine/mesh": {"MM_PER_UNIT": "units"},
     "machine/schema": {"ORIGIN": DATA, "UP": DATA},

@@ -111,3 +111,12 @@ def test_an_axis_that_the_machine_lacks_is_refused(tmp_path):
     (tmp_path / "m.yaml").write_text(text)
     with pytest.raises(ModelError, match="no axis B"):
         load_machine(str(tmp_path / "m.yaml"), allow_outside=True)
+
+
+def test_the_axes_wait_until_the_spindle_turns(machine):
+    """It starts twice and turns round once; M3 while it turns already takes no time."""
+    text = "G21 G90 G94 G54\nM3 S800\nM3\nM4\nM5\nM3\nG0 Z99.\nM30\n"
+    plain = check(machine, text, "fanuc")
+    waiting = check(machine, text, "fanuc", spindle_seconds=1.5)
+    assert waiting.duration_s - plain.duration_s == pytest.approx(4.5, abs=1e-6)
+    assert waiting.verdict == plain.verdict

@@ -15,6 +15,7 @@ from gcodesim import __version__, interrupt
 from gcodesim.checking.verdict import CONTRACT, INTERRUPT_EXIT, USAGE_EXIT
 from gcodesim.cli.batch import batch, merge
 from gcodesim.cli.check import check
+from gcodesim.cli.completion import completion
 from gcodesim.cli.init import init, setup
 from gcodesim.cli.language import canon, explain
 from gcodesim.cli.machine import machine
@@ -106,5 +107,6 @@ for command in (
     bench,
     study,
     view,
+    completion,
 ):
     main.add_command(command)

@@ -25,6 +25,7 @@ from gcodesim.checking.option_kinds import (
 )
 from gcodesim.checking.options import OptionField
 from gcodesim.checking.verdict import EXIT_CODES
+from gcodesim.cli.completion import codes, machines
 from gcodesim.cli.run_options import MODEL, of_command, run_options
 from gcodesim.constants import PS_PER_S
 from gcodesim.errors import UsageError
@@ -32,6 +33,9 @@ from gcodesim.findings.codes import FAIL, INCONCLUSIVE, Finding
 from gcodesim.input_file import read_stream
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+COMPLETED = {"machine": machines, "select": codes, "ignore": codes}
+"""Option -> what completes its values."""
 
 UNITS_PS = {"s": PS_PER_S, "ms": PS_PER_S // 1000, "us": PS_PER_S // 1_000_000}
 
@@ -73,6 +77,7 @@ def machine_option(
         show_default=default is not None,
         metavar="M.yaml",
         help=text,
+        shell_complete=machines,
     )
 
 
@@ -89,6 +94,7 @@ def _click_option(each: OptionField) -> Callable[[Decorated], Decorated]:
     """An option of the model as one of click; its value is that of the field."""
     option, name = each.option, f"--{each.option.name}"
     more: dict[str, Any] = {"help": option.help, "metavar": option.metavar or None}
+    more |= {"shell_complete": COMPLETED[option.name]} if option.name in COMPLETED else {}
     match option.kind:
         case Switch(words=None, negative=no):
             flag = {"default": None} if no else {"is_flag": True}

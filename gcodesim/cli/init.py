@@ -8,13 +8,19 @@ from pathlib import Path
 
 import click
 
+from gcodesim.cli.completion import machines
 from gcodesim.cli.outputs import write_new
 from gcodesim.errors import UsageError
 
 
 @click.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--machine", metavar="M.yaml", help="Begin with this machine file and its meshes.")
+@click.option(
+    "--machine",
+    metavar="M.yaml",
+    help="Begin with this machine file and its meshes.",
+    shell_complete=machines,
+)
 @click.option("--tools", metavar="LIB", help="Begin with the tools of this file or library.")
 def init(folder: str, machine: str | None, tools: str | None) -> None:
     """Write a project into DIR: machine, setup, program, settings and CI files.
@@ -52,6 +58,7 @@ def setup() -> None:
     show_default=True,
     metavar="M.yaml",
     help="Machine file, or the name of a shipped machine, that the setup is for.",
+    shell_complete=machines,
 )
 @click.option("--tools", metavar="FILE", help="Tools file or library that it names.")
 def new(path: str, machine: str, tools: str | None) -> None:
@@ -65,7 +72,7 @@ def new(path: str, machine: str, tools: str | None) -> None:
     folder = Path(path).parent
     loaded = load_machine(machine, tools=tools)
     name = _from(folder, machine) if Path(machine).is_file() else machine
-    write_new(path, setup_text(loaded, name, _from(folder, tools) if tools else None))
+    write_new(path, setup_text(loaded, name, _from(folder, tools) if tools else None), "setup")
 
 
 def _from(folder: Path, file: str) -> str:

@@ -16,6 +16,7 @@ from gcodesim.cli.arguments import (
     progress_bar,
     read_text,
 )
+from gcodesim.cli.completion import codes_and_meanings
 
 
 @click.command()
@@ -43,7 +44,7 @@ def canon(program: str, machine_path: str | None, tools: str | None, **given: An
 
 
 @click.command()
-@click.argument("code", default="")
+@click.argument("code", default="", shell_complete=codes_and_meanings)
 def explain(code: str) -> None:
     """Say what CODE means and what to do: a code (GC405) or a meaning (feed_missing).
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from gcodesim.cli.arguments import options_named
+from gcodesim.cli.completion import machines
 from gcodesim.cli.outputs import write_new
 from gcodesim.errors import UsageError
 
@@ -27,7 +28,7 @@ def machine() -> None:
 
 
 @machine.command()
-@click.argument("path", metavar="M.yaml")
+@click.argument("path", metavar="M.yaml", shell_complete=machines)
 @with_files
 def show(path: str, **files: Any) -> None:
     """Print the kinematic tree, bodies, pairs and tools of a machine."""
@@ -38,7 +39,7 @@ def show(path: str, **files: Any) -> None:
 
 
 @machine.command()
-@click.argument("path", metavar="M.yaml")
+@click.argument("path", metavar="M.yaml", shell_complete=machines)
 @with_files
 @click.option(
     "--format",
@@ -77,7 +78,13 @@ def schema(kind: str) -> None:
 
 
 @machine.command()
-@click.argument("names", metavar="[KIND] FILE.yaml", nargs=-1, required=True)
+@click.argument(
+    "names",
+    metavar="[KIND] FILE.yaml",
+    nargs=-1,
+    required=True,
+    shell_complete=lambda context, parameter, begun: [k for k in KINDS if k.startswith(begun)],
+)
 @click.option("--table", metavar="YX", help="Slides that carry the work, the lowest first.")
 @click.option("--rotary", metavar="AC", help="Rotary axes of the table, the one that tilts first.")
 @click.option("--head", metavar="CB", help="Rotary axes of the head, the one that tilts last.")
@@ -102,30 +109,36 @@ def new(names: tuple[str, ...], **layout: Any) -> None:
     if kind and given:
         raise UsageError(f"--{min(given)} describes a machine of your own: leave out {kind}")
     if kind:
-        write_new(path, machine_text(kind, Path(path).stem))
+        write_new(path, machine_text(kind, Path(path).stem), "machine")
         return
     letters: dict[str, Any] = {k: v.upper() if isinstance(v, str) else v for k, v in given.items()}
-    write_new(path, layout_text(Layout(**letters), Path(path).stem))
+    write_new(path, layout_text(Layout(**letters), Path(path).stem), "machine")
 
 
 @machine.command("import")
 @click.argument("path", metavar="FILE")
 @click.option("--out", metavar="M.yaml", help="Write this file instead of standard output.")
 def import_(path: str, out: str | None) -> None:
-    """Turn a LinuxCNC INI file or a URDF robot description into a machine file.
+    """Turn a LinuxCNC INI file, a URDF robot or a VERICUT machine (.mch) into a machine file.
 
     What could not be carried over is listed at the head of the file, and on stderr.
     """
     from gcodesim.machine.formats.linuxcnc_ini import import_ini
     from gcodesim.machine.formats.urdf import import_urdf
+    from gcodesim.machine.formats.vericut_mch import import_mch
 
-    suffix = Path(path).suffix.lower()
-    if suffix not in (".ini", ".urdf", ".xml"):
-        raise UsageError(f"{path}: expected a LinuxCNC .ini file, or a .urdf file (or .xml)")
-    folder = str(Path(out or path).parent)
-    found = import_ini(path) if suffix == ".ini" else import_urdf(path, folder)
+    suffix, folder = Path(path).suffix.lower(), str(Path(out or path).parent)
+    if suffix == ".ini":
+        found = import_ini(path)
+    elif suffix == ".mch":
+        found = import_mch(path, folder)
+    elif suffix in (".urdf", ".xml"):
+        found = import_urdf(path, folder)
+    else:
+        text = "expected a LinuxCNC .ini file, a .urdf file (or .xml), or a VERICUT .mch file"
+        raise UsageError(f"{path}: {text}")
     if out:
-        write_new(out, found.text)
+        write_new(out, found.text, "machine")
     else:
         click.echo(found.text, nl=False)
     for line in found.remarks:

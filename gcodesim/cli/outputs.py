@@ -79,11 +79,20 @@ def _is_device(path: str) -> bool:
     return Path(path).exists() and not Path(path).is_file()
 
 
-def write_new(path: str, text: str) -> None:
-    """Write a new file; UsageError when there is one."""
+def write_new(path: str, text: str, kind: str) -> None:
+    """Write a new machine, tools or setup file, and its schema for editors beside it.
+
+    Raises:
+        UsageError: there is such a file, or it cannot be written.
+    """
+    from gcodesim.machine.schema_files import schema_name, schema_text, with_schema
+
     try:
         if os.path.lexists(path):
             raise UsageError(f"{path}: there is such a file already; name another")
-        write_text(path, text)
+        write_text(path, with_schema(kind, text))
+        schema = Path(path).with_name(schema_name(kind))
+        if not os.path.lexists(schema):
+            write_text(str(schema), schema_text(kind))
     except OSError as error:
         raise UsageError(f"{path}: cannot be written: {error.strerror}") from error

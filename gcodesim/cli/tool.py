@@ -26,7 +26,12 @@ def tool() -> None:
     metavar="N",
     help="Number the tools anew from N on: those of a catalogue often have one number.",
 )
-def import_(path: str, out: str | None, number_from: int | None) -> None:
+@click.option(
+    "--units",
+    type=click.Choice(["mm", "inch"]),
+    help="Unit of a LinuxCNC tool table, which does not tell it. Default: mm.",
+)
+def import_(path: str, out: str | None, number_from: int | None, units: str | None) -> None:
     """Turn a library of tools into a tools file.
 
     LIB: a Fusion library (.json, .tools), FreeCAD bits (.fctl, .fctb), a LinuxCNC tool table
@@ -39,11 +44,11 @@ def import_(path: str, out: str | None, number_from: int | None) -> None:
 
     if Path(path).suffix.lower() in OWN:
         raise UsageError(f"{path}: a tools file already; `gcodesim tool show` prints what it holds")
-    library = read_library(Path(path))
+    library = read_library(Path(path), units)
     if number_from is not None:
         library.renumber(number_from)
     if out:
-        write_new(out, library.text)
+        write_new(out, library.text, "tools")
     else:
         click.echo(library.text, nl=False)
     for line in library.all_remarks:
@@ -59,7 +64,7 @@ def new(path: str) -> None:
     """
     from gcodesim.machine.generic_tools import TOOLS_TEXT
 
-    write_new(path, TOOLS_TEXT)
+    write_new(path, TOOLS_TEXT, "tools")
 
 
 @tool.command()

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gcodesim.machine.model import Machine, Tool, ZeroPoint
+from gcodesim.machine.standing import standing_joints
 from gcodesim.machine.tool_centre import tool_centre
 from gcodesim.machine.tools import read_tools
 from gcodesim.nc.control.readings import choose_readings
 from gcodesim.nc.control.supply import Control, ToolEntry
+from gcodesim.nc.program import AXES
 
 
 def control_for(
@@ -34,7 +36,8 @@ def control_for(
     return Control(
         readings=choose_readings(dialect, machine.given) if dialect else machine.readings,
         given=machine.given if machine.is_dialect_told and not dialect else None,
-        axes="".join(machine.axes),
+        axes="".join(name for name in machine.axes if name in AXES),
+        standing=tuple(joint.name for joint in standing_joints(machine)),
         start=machine.start,
         tools=_tool_table(machine.tools),
         tool_for_all=mount is not None and mount.for_all,

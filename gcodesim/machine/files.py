@@ -18,10 +18,7 @@ def find_machine(path: str) -> Path:
     """The machine file of that path, or else the shipped machine of that name; UsageError."""
     if Path(path).is_file():
         return Path(path)
-    package = Path(str(files("gcodesim")))
-    # in a wheel machines/ lies in the package, in a source checkout beside it
-    folders = [package / "machines", package.parent / "machines"]
-    shipped = {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
+    shipped = shipped_machines()
     name = path.removesuffix(".yaml")
     if name not in shipped:
         raise UsageError(
@@ -29,6 +26,14 @@ def find_machine(path: str) -> Path:
             f"{suggest(name, shipped)}"
         )
     return shipped[name]
+
+
+def shipped_machines() -> dict[str, Path]:
+    """The machines that come with gcodesim, by name."""
+    package = Path(str(files("gcodesim")))
+    # in a wheel machines/ lies in the package, in a source checkout beside it
+    folders = [package / "machines", package.parent / "machines"]
+    return {file.stem: file for folder in folders for file in sorted(folder.glob("*.yaml"))}
 
 
 def beside(file: Path, name: str) -> str:

@@ -16,6 +16,7 @@ from gcodesim.machine.pairs import LINK, TOOL, Member, choose_pairs
 from gcodesim.machine.placing import WorkFrames
 from gcodesim.machine.schema import MachineFile, MountedSpec, offset_number
 from gcodesim.machine.setup import Setup, read_setup
+from gcodesim.machine.standing import standing_lines
 from gcodesim.machine.tools import read_tools
 from gcodesim.machine.tree import build_tree, unit_vector
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml, suggest
@@ -45,7 +46,7 @@ def load_machine(
     source = read_yaml(find_machine(path))
     file = source.parse(MachineFile)
     links, joints = build_tree(file, source)
-    _check_limits_of_time(file, source)
+    law, missing = _law_of_time(file, source)
     given = _control_keys(file, joints, source, allow_outside)
     reader = PartReader(source, file.units, allow_outside)
     own = _link_bodies(file, links, reader)
@@ -53,14 +54,14 @@ def load_machine(
     job = read_setup(setup)
     _check_setup(job, source.path, [*links, *([mount.name] if mount else [])])
     job_reader = PartReader(job.source, job.file.units, allow_outside)
-    frames = WorkFrames(links, joints, mount, own, _offsets(file, job))
+    start = _start(file, job, joints, source)
+    frames = WorkFrames(links, joints, mount, own, _offsets(file, job), start)
     clamped = job.bodies(file.work.link if file.work else None, frames, job_reader)
     table = _tool_table(tools or job.tools, allow_outside)
     members = _members(own.values(), clamped.values(), mount, table)
     chosen = choose_pairs(members, joints, file.pairs, file.allow, source)
     bodies = {**own, **{name: body for name, (body, _) in clamped.items()}}
-    read = [*reader.read, *job_reader.read]
-    mounted = mount.mounted if mount else ()
+    read, mounted = [*reader.read, *job_reader.read], mount.mounted if mount else ()
     units = unit_findings(read, list(bodies.values()), mounted, longest_travel(joints))
     return Machine(
         name=file.name,
@@ -74,16 +75,18 @@ def load_machine(
         tool=mount,
         tools=table,
         allowed=tuple((*spec.links, spec.reason) for spec in file.allow),
-        unchecked_by_rule=(*chosen.unchecked_by_rule, *_shells(bodies.values(), mount)),
+        unchecked_by_rule=chosen.unchecked_by_rule
+        + (*_shells(bodies.values(), mount), *standing_lines(joints, start), *missing),
         findings=(*reader.findings, *job_reader.findings, *units),
         **_positions(file, job, joints, source),
+        start=start,
         offsets=frames.offsets,
         readings=choose_readings("fanuc" if file.dialect == "auto" else file.dialect, given),
         is_dialect_told=file.dialect == "auto",
         unit=file.units if "units" in file.model_fields_set else None,
         given=given,
         path_tolerance=file.path_tolerance.model_dump(),
-        time=file.time,
+        time=law,
     )
 
 
@@ -124,14 +127,30 @@ def _shells(bodies: Iterable[Body], mount: ToolMount | None) -> Iterator[str]:
             yield f"{name}: a shell, of which only the surface is checked"
 
 
-def _check_limits_of_time(file: MachineFile, source: YamlFile) -> None:
-    """Every joint gives the limits that the chosen `time` keeps."""
+def _law_of_time(file: MachineFile, source: YamlFile) -> tuple[str, tuple[str, ...]]:
+    """How speeds change, and for `auto` a line that says which limits are missing, if any.
+
+    Raises:
+        ModelError: a joint lacks a limit that the chosen `time` keeps.
+    """
     needed = {"acceleration": ("max_acceleration",), "jerk": ("max_acceleration", "max_jerk")}
-    for name, spec in file.joints.items():
-        for key in needed.get(file.time, ()):
-            if getattr(spec, key) is None:
-                text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
-                raise source.error(text, "joints", name)
+    lacking = {
+        key: [name for name, spec in file.joints.items() if getattr(spec, key) is None]
+        for key in needed["jerk"]
+    }
+    for key in needed.get(file.time, ()):
+        for name in lacking[key]:
+            text = f"`time: {file.time}` needs `{key}` of every joint, as 5000 of a slide"
+            raise source.error(text, "joints", name)
+    if file.time != "auto":
+        return file.time, ()
+    for key, law, how in (
+        ("max_acceleration", "constant", "at constant speed"),
+        ("max_jerk", "acceleration", "within `max_acceleration`, without a limit of jerk"),
+    ):
+        if lacking[key]:
+            return law, (f"time: blocks run {how}: {', '.join(lacking[key])} without `{key}`",)
+    return "jerk", ()
 
 
 def _check_ignored_words(letters: Iterable[str], joints: Sequence[Joint], source: YamlFile) -> None:
@@ -239,7 +258,6 @@ def _positions(
     return {
         "work_link": work.link if work else None,
         "reference": file.reference,
-        "start": _start(file, job, joints, source),
         "stock_inset": job.file.stock_check.inset,
         "variables": job.file.variables,
     }

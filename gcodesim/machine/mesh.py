@@ -17,6 +17,7 @@ from gcodesim.errors import ModelError
 from gcodesim.findings.codes import Finding
 from gcodesim.input_file import read_bytes, refuse_odd
 from gcodesim.machine.mesh_counts import refuse_cut_off, refuse_unreadable
+from gcodesim.machine.vericut_model import is_vericut_model, read_vericut_model
 
 Array = NDArray[np.float64]
 
@@ -83,6 +84,8 @@ def _read_triangles(path: Path) -> Array:
         refuse_odd(path)
         if path.suffix.lower() == ".stl":
             return _read_stl(path, read_bytes(path))
+        if is_vericut_model(path):
+            return read_vericut_model(path)
         refuse_unreadable(path)
     except OSError as error:
         raise ModelError(f"the mesh cannot be read: {error.strerror}", str(path)) from error

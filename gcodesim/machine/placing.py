@@ -40,6 +40,7 @@ class WorkFrames:
         tool: where tools are carried, None for a machine without.
         bodies: of the links.
         offsets: work offsets by number.
+        start: where joints stand; that counts for those that no program moves.
     """
 
     links: Sequence[str]
@@ -47,12 +48,13 @@ class WorkFrames:
     tool: ToolMount | None
     bodies: Mapping[str, Body]
     offsets: Mapping[int, ZeroPoint]
+    start: Mapping[str, float]
 
     @staticmethod
     def of(machine: Machine) -> WorkFrames:
         """The coordinate systems of a machine that is loaded."""
         where = machine.links, machine.joints, machine.tool, machine.bodies
-        return WorkFrames(*where, machine.offsets)
+        return WorkFrames(*where, machine.offsets, machine.start)
 
     def zero_point(self, number: int, link: str) -> Array:
         """The frame of a work offset in world coordinates of a link at the zero pose, (4, 4).
@@ -135,9 +137,8 @@ class WorkFrames:
         """The gauge point at axis positions, in world coordinates of a link at the zero pose."""
         if self.tool is None:
             raise PlaceError("the machine file says nothing of a `tool`, so that no zero is known")
-        poses = poses_of(
-            self.links, self.joints, [at.get(joint.name, 0.0) for joint in self.joints]
-        )
+        stand = {**self.start, **at}
+        poses = poses_of(self.links, self.joints, [stand[joint.name] for joint in self.joints])
         world = transform(poses[self.tool.link], self.tool.gauge_point)
         return transform(_inverse(poses[link]), world)
 

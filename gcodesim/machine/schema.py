@@ -24,9 +24,10 @@ Size = tuple[Positive, Positive, Positive]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+$")]
 PartName = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)?$")]
 Axis = Annotated[str, Field(pattern=r"^[XYZABC]$")]
+JointName = Annotated[str, Field(pattern=r"^([XYZABCUVW]|[A-Za-z][A-Za-z0-9_]+)$")]
 ProfilePoints = Annotated[list[tuple[FileNumber, FileNumber]], Field(min_length=2)]
 Unit = Literal["mm", "inch", "m"]
-Position = dict[Axis, FileNumber]
+Position = dict[JointName, FileNumber]
 Severity = Literal["warning", "error"]
 
 ORIGIN = (0.0, 0.0, 0.0)
@@ -190,7 +191,11 @@ class ServoSpec(Section):
 
 
 class JointSpec(Section):
-    """A moving pair; its key is the axis letter of the program."""
+    """A moving pair; its key is the axis letter of the program.
+
+    Programs move X Y Z A B C. An axis of another name, such as U, W, X2 or door, stands where
+    `start` puts it, and each report says so.
+    """
 
     type: Literal["linear", "rotary"]
     parent: Name = Field(description="link nearer to the root")
@@ -349,7 +354,7 @@ class MachineFile(Section):
         default_factory=ControlKeys, description="how the control reads what is left open"
     )
     links: Annotated[dict[Name, LinkSpec], Field(min_length=1)]
-    joints: Annotated[dict[Axis, JointSpec], Field(min_length=1)]
+    joints: Annotated[dict[JointName, JointSpec], Field(min_length=1)]
     tool: ToolMountSpec | None = None
     work: WorkSpec | None = None
     reference: dict[Annotated[str, Field(pattern="^G(28|30)$")], Position] = Field(
@@ -366,10 +371,11 @@ class MachineFile(Section):
         default_factory=list, description="pairs taken out, with a reason"
     )
     path_tolerance: PathToleranceSpec = Field(default_factory=PathToleranceSpec)
-    time: Literal["constant", "acceleration", "jerk"] = Field(
+    time: Literal["constant", "acceleration", "jerk", "auto"] = Field(
         default="constant",
         description="speed within a block: as programmed, or within `max_acceleration`, or within "
-        "`max_jerk` too, with look-ahead",
+        "`max_jerk` too, with look-ahead; auto: as far as every joint has those limits, and each "
+        "report says what is missing",
     )
 
 

@@ -25,6 +25,7 @@ from gcodesim.errors import OrientationError
 from gcodesim.machine.kinematics import turned
 from gcodesim.machine.model import Joint, Machine
 from gcodesim.machine.orientation import RotaryAxes, columns_of
+from gcodesim.machine.standing import commanded
 
 Array = NDArray[np.float64]
 
@@ -209,6 +210,7 @@ def tool_centre(machine: Machine) -> ToolCentre | None:
     A machine that cannot be solved gives a ToolCentre whose `refusal` says why, and whose methods
     raise OrientationError: it can still run programs that do not ask for the tool's centre.
     """
+    machine = commanded(machine)
     if machine.tool is None or machine.work_link is None:
         return None
     work, tool = _branch(machine, machine.work_link), _branch(machine, machine.tool.link)

@@ -16,6 +16,7 @@ from gcodesim.machine.formats.libraries.library import Library
 from gcodesim.machine.formats.libraries.offset_dump import is_dump, read_dump
 from gcodesim.machine.formats.libraries.tool_t import read_tool_t
 from gcodesim.machine.formats.libraries.tool_tbl import read_tool_tbl
+from gcodesim.machine.mesh import MM_PER_UNIT
 from gcodesim.machine.yaml_lines import YamlFile, read_yaml
 
 OWN = (".yaml", ".yml")
@@ -38,8 +39,12 @@ def read_tool_source(path: Path) -> YamlFile:
     return read_yaml(path) if path.suffix.lower() in OWN else read_library(path).source
 
 
-def read_library(path: Path) -> Library:
+def read_library(path: Path, unit: str | None = None) -> Library:
     """A foreign library of tools.
+
+    Args:
+        path: the file.
+        unit: mm | inch, of a LinuxCNC tool table, which does not tell it; None: mm.
 
     Raises:
         UsageError: the file cannot be read.
@@ -47,7 +52,9 @@ def read_library(path: Path) -> Library:
     """
     text = _text_of(path)
     if path.suffix.lower() == ".tbl":
-        return read_tool_tbl(path, text)
+        return read_tool_tbl(path, text, MM_PER_UNIT[unit or "mm"])
+    if unit is not None:
+        raise UsageError(f"{path}: --units is for a LinuxCNC tool table (.tbl); others tell theirs")
     if text.lstrip().startswith("{"):
         whole = read_json(path, text)
         if isinstance(whole.value.get("data"), list):

@@ -78,9 +78,9 @@ def _cycle_error(waiting: Mapping[str, JointSpec], source: YamlFile) -> Exceptio
 
 def _build_joint(name: str, spec: JointSpec, side: str | None, source: YamlFile) -> Joint:
     """A joint in the units of the model; on the work side the child moves against the axis."""
-    rotary = name in "ABC"
-    if rotary != (spec.type == "rotary"):
-        right = "A, B and C are rotary; X, Y and Z are linear"
+    rotary = spec.type == "rotary"
+    if name in ("XYZUVW" if rotary else "ABC"):
+        right = "A, B and C are rotary; X, Y, Z, U, V and W are linear; other names are free"
         raise source.error(f"axis {name} cannot be {spec.type}: {right}", "joints", name, "type")
     if rotary and spec.point is None:
         raise source.error("a rotary joint needs `point`, a point on its axis", "joints", name)

@@ -177,7 +177,9 @@ def _finding(
     until = f" (until line {last})" if last != first else ""
     time_ps = _crossing_ps(path, column, int(run[0]), limit, sign)
     positions = path.positions(np.array([time_ps]))[0]
-    named = sorted(zip(path.joints, positions, strict=True), key=lambda item: AXES.index(item[0]))
+    named = sorted(
+        zip(path.joints, positions, strict=True), key=lambda item: (AXES + item[0]).index(item[0])
+    )
     places = (f"{name} {q + 0.0:.4f}" for name, q in named)
     message = (
         f"{joint.name} reaches {value:.6g} {unit}, {abs(value - limit):.4g} {unit} beyond its "

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gcodesim.constants import LONGEST_S, PS_PER_S
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
+from gcodesim.machine.standing import joint_positions
 from gcodesim.motion.arc_moves import arc_pieces
 from gcodesim.motion.joint_moves import Moves
 from gcodesim.motion.path import CONSTANT_SPEED, Path, ToolChange
@@ -19,7 +20,6 @@ from gcodesim.motion.stretching import least_times, stretched
 from gcodesim.motion.tool_moves import ToolMoves, followed
 from gcodesim.motion.turns import unwound
 from gcodesim.nc.program import (
-    AXES,
     CanonicalProgram,
     FeedMode,
     Kind,
@@ -38,7 +38,7 @@ def plan(program: CanonicalProgram, machine: Machine) -> tuple[Path, list[Findin
     program, under, findings = followed(program, machine)
     wanted = joint_moves(program, machine, under)
     if under:
-        wanted, remarks = under.cut(wanted, [AXES.index(name) for name in machine.axes])
+        wanted, remarks = under.cut(wanted, machine)
         findings += remarks
     least = least_times(wanted, machine)
     moves = replace(wanted, seconds=np.maximum(wanted.seconds, least))
@@ -84,15 +84,14 @@ def joint_moves(program: CanonicalProgram, machine: Machine, under: ToolMoves | 
     """
     is_move = np.isin(program.kind, (Kind.RAPID, Kind.FEED, Kind.ARC))
     names = machine.axes
-    columns = [AXES.index(name) for name in names]
     before = starts_of_moves(program)
     lengths = path_lengths(program)
     if under:
         lengths[under.tips.row] = under.lengths
     dwells = (program.kind == Kind.DWELL) & (program.f > 0.0)
     rows = np.flatnonzero(dwells | (is_move & (lengths > 0.0)))
-    q0 = before[rows][:, columns]
-    q1 = np.where(is_move[rows, None], program.to[rows][:, columns], q0)
+    q0 = joint_positions(machine, before[rows])
+    q1 = np.where(is_move[rows, None], joint_positions(machine, program.to[rows]), q0)
     arc, arcs = arc_pieces(program, rows, before[rows, :3], program.to[rows, :3])
     return Moves(
         q0=q0,

@@ -11,6 +11,7 @@ from gcodesim.constants import STILL_MM
 from gcodesim.errors import OrientationError
 from gcodesim.findings.codes import Finding
 from gcodesim.machine.model import Machine
+from gcodesim.machine.standing import joint_positions
 from gcodesim.machine.tool_centre import ToolCentre, tool_centre
 from gcodesim.motion.arc_moves import arc_pieces
 from gcodesim.motion.great_circle import cut_moves, levers
@@ -49,12 +50,12 @@ class ToolMoves:
     lengths: Array
     levers: Array
 
-    def cut(self, moves: Moves, columns: list[int]) -> tuple[Moves, list[Finding]]:
+    def cut(self, moves: Moves, machine: Machine) -> tuple[Moves, list[Finding]]:
         """Put the pieces of the moves of the tip into the moves of the program.
 
         Args:
             moves: a move for every row of `tips` among others.
-            columns: columns of the joints among X Y Z A B C.
+            machine: its joints.
 
         Returns:
             The moves; and what could not be followed (GC304, GC424).
@@ -64,7 +65,7 @@ class ToolMoves:
         count = np.ones(len(moves), np.intp)
         count[at] = np.bincount(cut.move, minlength=len(at))
         if not count[at].all():
-            return self._cut_short(moves, columns, int(np.argmin(count[at])))
+            return self._cut_short(moves, machine, int(np.argmin(count[at])))
         index = np.repeat(np.arange(len(moves)), count)
         under = np.zeros(len(moves), bool)
         under[at] = True
@@ -73,17 +74,17 @@ class ToolMoves:
         pieces.seconds[own] *= cut.share
         inner = cut.inner
         knots = solved_axes(self.centre, cut.knots, tips.offset[cut.move[inner]])
-        pieces.q0[own[inner]] = knots[:, columns]
-        pieces.q1[own[inner - 1]] = knots[:, columns]
+        pieces.q0[own[inner]] = positions = joint_positions(machine, knots)
+        pieces.q1[own[inner - 1]] = positions
         pieces = self._with_arcs(pieces, at, own, cut.move)
         return replace(pieces, deviation_mm=cut.deviation), self._straightened(cut)
 
-    def _cut_short(self, moves: Moves, columns: list[int], end: int) -> tuple[Moves, list[Finding]]:
+    def _cut_short(self, moves: Moves, machine: Machine, end: int) -> tuple[Moves, list[Finding]]:
         """The same for the moves of the tip before number `end`, where the program stops."""
         row = self.tips.row[end]
         before = replace(self, tips=self.tips.taken(np.arange(end)), lengths=self.lengths[:end])
         kept = moves.first(int(np.searchsorted(moves.row, row)))
-        pieces, findings = before.cut(kept, columns)
+        pieces, findings = before.cut(kept, machine)
         message = f"more than {MAX_PIECES} pieces of tool centre point moves; the check ends here"
         line = int(self.program.line[row])
         return pieces, [*findings, Finding("GC424", message, "max_pieces", line=line)]

@@ -144,7 +144,7 @@ def _block(block: str, column: int | None) -> Iterator[Text]:
 def _contact(first: FirstContact) -> Iterator[Text]:
     tool = f", tool {first.tool}" if first.tool is not None else ""
     yield Text(f"    when   {first.time_s:.6f} s, sample {first.sample}{tool}")
-    letters = sorted(first.axes, key=AXES.index)
+    letters = sorted(first.axes, key=lambda name: (AXES + name).index(name))
     axes = "  ".join(f"{letter} {first.axes[letter] + 0.0:.4f}" for letter in letters)
     yield Text(f"    axes   {axes}  (machine coordinates)")
     if first.point_mm:

@@ -7,6 +7,7 @@ from pathlib import Path
 from gcodesim import __version__
 from gcodesim.errors import UsageError
 from gcodesim.machine.files import files_of, find_machine
+from gcodesim.machine.schema_files import schema_name, schema_text, with_schema
 from gcodesim.output_file import write_bytes
 
 MACHINE = "table_tilt"
@@ -36,6 +37,7 @@ def write_project(folder: str, machine: str | None = None, tools: str | None = N
         OSError: the folder cannot be written.
     """
     contents = _contents() if machine is None and tools is None else _own(machine, tools)
+    contents = _with_schemas(contents)
     there = [name for name in contents if (Path(folder) / name).exists()]
     if there:
         raise UsageError(f"{folder}: {', '.join(there)} there already: choose an empty folder")
@@ -44,6 +46,16 @@ def write_project(folder: str, machine: str | None = None, tools: str | None = N
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, content)
     return list(contents)
+
+
+def _with_schemas(contents: dict[str, bytes]) -> dict[str, bytes]:
+    """The same, with the schemas of setup and tools for editors."""
+    made = {}
+    for kind in ("setup", "tools"):
+        if (name := f"{kind}.yaml") in contents:
+            made[name] = with_schema(kind, contents[name].decode()).encode()
+            made[schema_name(kind)] = schema_text(kind).encode()
+    return contents | made
 
 
 def _contents() -> dict[str, bytes]:

@@ -33,6 +33,7 @@ GIVEN = {
     "g87": "centre",
     "spindle_at_stop": "turns",
     "peck_backoff": 0.0,
+    "spindle_seconds": 1.5,
     "bore_shift": "-Y",
     "r_and_ijk": "error",
     "arc_no_centre": "line",

@@ -151,7 +151,7 @@ def test_what_is_left_behind_is_said_twice(tmp_path: Path) -> None:
     for said in (
         "no number was found for 5axiskins.pivot-length: its default 250 is used",
         "5axiskins.tilt = 4 is not carried over",
-        "axis W: a machine file knows X Y Z A B C",
+        "axis W: it stands; give it a joint and a `start` if it carries things",
         "joints Y: several joints drive the axis",
         "[EMCIO]TOOL_TABLE = my.tbl: tools: give the file to --tools",
         "shapes: an INI file has none",

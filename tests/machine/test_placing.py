@@ -168,7 +168,8 @@ bodies:
 
 def test_without_a_tool_there_is_no_zero_point(tmp_path: Path) -> None:
     machine: Any = load_machine("table_tilt")
-    frames = WorkFrames(machine.links, machine.joints, None, machine.bodies, machine.offsets)
+    where = machine.links, machine.joints, None, machine.bodies, machine.offsets
+    frames = WorkFrames(*where, machine.start)
     with pytest.raises(PlaceError, match="says nothing of a `tool`"):
         frames.zero_point(1, "C")
 

@@ -56,9 +56,11 @@ def test_import_says_what_it_could_not_carry_over(folder: Path) -> None:
     remark = "T2 (hologram 2): type 'hologram' is not known"
     assert f"gcodesim: shop.json: {remark}" in done.stderr
     written = (folder / "tools.yaml").read_text()
-    assert written.startswith("# Made by `gcodesim tool import` from shop.json, a Fusion tool lib")
+    assert "\n# Made by `gcodesim tool import` from shop.json, a Fusion tool lib" in written
     assert f"#   - {remark}" in written
-    assert run("tool", "import", "shop.json").stdout == written
+    first, _, rest = written.partition("\n")
+    assert first == "# yaml-language-server: $schema=tools.schema.json"
+    assert run("tool", "import", "shop.json").stdout == rest
     refused = run("tool", "import", "tools.yaml")
     assert refused.exit_code == 2
     assert "a tools file already" in refused.output

@@ -12,7 +12,7 @@ from machine.stl import stl_bytes
 
 from gcodesim.cli import main
 from gcodesim.machine import shapes
-from gcodesim.machine.formats.urdf import angles_of, turn_of
+from gcodesim.machine.formats.link_poses import angles_of, turn_of
 from gcodesim.machine.kinematics import transform, world_from_link
 from gcodesim.machine.loading import load_machine
 from gcodesim.machine.model import Machine
@@ -213,7 +213,7 @@ def test_what_is_wrong_names_file_and_line(old: str, new: str, said: str, folder
     assert "Traceback" not in result.stderr
 
 
-def test_a_fourth_slide_is_refused(folder: Path) -> None:
+def test_a_fourth_slide_stands(folder: Path) -> None:
     links = "".join(f'<link name="l{i}"/>' for i in range(5))
     joints = "".join(
         f'<joint name="j{i}" type="prismatic"><parent link="l{i}"/><child link="l{i + 1}"/>'
@@ -221,6 +221,8 @@ def test_a_fourth_slide_is_refused(folder: Path) -> None:
         for i in range(4)
     )
     (folder / "arm.urdf").write_text(f"<robot>{links}{joints}</robot>")
-    result = CliRunner().invoke(main, ["machine", "import", str(folder / "arm.urdf")])
-    assert result.exit_code == 2
-    assert "joint j3: a machine has no axes beyond X, Y, Z" in result.stderr
+    out = str(folder / "arm.yaml")
+    result = CliRunner().invoke(main, ["machine", "import", str(folder / "arm.urdf"), "--out", out])
+    assert result.exit_code == 0
+    assert "joint j3 became axis_j3, which stands at its `start`" in result.stderr
+    assert set(load_machine(out).axes) == {"X", "Y", "Z", "axis_j3"}

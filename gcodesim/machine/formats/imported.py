@@ -41,7 +41,7 @@ class Imported:
     settings: dict[str, str] = field(default_factory=dict)
     links: dict[str, FileEntry] = field(default_factory=dict)
     joints: dict[str, FileEntry] = field(default_factory=dict)
-    sections: dict[str, FileEntry] = field(default_factory=dict)
+    sections: dict[str, FileEntry | list[Any]] = field(default_factory=dict)
     hints: list[str] = field(default_factory=list)
     remarks: list[str] = field(default_factory=list)
 
@@ -61,7 +61,10 @@ class Imported:
         lines += [f"{key}: {value}" for key, value in self.settings.items()]
         lines += ["", "links:", *(f"  {name}: {flow(v)}" for name, v in self.links.items())]
         lines += ["", "joints:", *(f"  {name}: {flow(v)}" for name, v in self.joints.items()), ""]
-        lines += [f"{key}: {flow(value)}" for key, value in self.sections.items()]
+        for key, value in self.sections.items():
+            entries = value if isinstance(value, list) else None
+            lines.append(f"{key}:" if entries else f"{key}: {flow(value)}")
+            lines += [f"  - {flow(entry)}" for entry in entries or ()]
         return "\n".join([*lines, *(f"# {hint}" for hint in self.hints)]) + "\n"
 
 
@@ -85,3 +88,22 @@ def number(value: float) -> str:
 def plain_name(text: str) -> str:
     """A name for a machine, link or part: what is no letter, digit, `-` or `_` becomes `_`."""
     return re.sub(r"[^A-Za-z0-9_-]+", "_", text).strip("_") or "unnamed"
+
+
+def body_entry(parts: list[dict[str, Any]]) -> dict[str, Any]:
+    """The shape of a link: none, one, or several with names that differ."""
+    if len(parts) == 1:
+        return {key: value for key, value in parts[0].items() if key != "name"}
+    seen: set[str] = set()
+    named = [part | {"name": unique(part["name"], seen)} for part in parts]
+    return {"parts": named} if named else {}
+
+
+def unique(name: str, seen: set[str]) -> str:
+    """The name, with a number after it where it is taken; it is taken from now on."""
+    found, count = name, 1
+    while found in seen:
+        count += 1
+        found = f"{name}_{count}"
+    seen.add(found)
+    return found

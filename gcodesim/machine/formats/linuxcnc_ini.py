@@ -387,7 +387,7 @@ def _left_behind(ini: IniFile, letters: str) -> Iterator[str]:
     yield "X, Y and Z are drawn as moving the tool: hang the slides that carry the work under it"
     for letter in sorted(set(letters) & set("UVW")):
         if any(s == f"AXIS_{letter}" for s in ini.parser.sections()):
-            yield f"axis {letter}: a machine file knows X Y Z A B C"
+            yield f"axis {letter}: it stands; give it a joint and a `start` if it carries things"
     for letter in sorted({c for c in letters if letters.count(c) > 1}):
         yield f"joints {letter}: several joints drive the axis, the first one counts"
     for section, key, what in (

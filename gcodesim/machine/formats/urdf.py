@@ -13,16 +13,21 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import Element, TreeBuilder
-from xml.parsers import expat
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gcodesim.errors import ModelError, UsageError
-from gcodesim.input_file import TEXT_BYTES, read_bytes
-from gcodesim.machine.formats.imported import Imported, number, plain_name
-from gcodesim.machine.kinematics import rotation
+from gcodesim.errors import ModelError
+from gcodesim.machine.formats.imported import (
+    Imported,
+    body_entry,
+    number,
+    plain_name,
+    unique,
+)
+from gcodesim.machine.formats.link_poses import LinkPose, angles_of
+from gcodesim.machine.formats.xml_tree import read_xml
 
 Array = NDArray[np.float64]
 
@@ -43,18 +48,6 @@ DROPPED = {"dynamics", "safety_controller", "calibration", "mimic", "transmissio
 
 SPHERE_STEP = 15.0
 """Turn [deg] between two tangents of the outline around a sphere."""
-
-
-@dataclass(frozen=True)
-class LinkPose:
-    """Pose of a link's frame in the world at the zero pose: rotation (3, 3), origin [m] (3,)."""
-
-    turn: Array
-    origin: Array
-
-    def at(self, xyz: Array, rpy: Array) -> LinkPose:
-        """The frame at an URDF origin in this one."""
-        return LinkPose(self.turn @ turn_of(rpy), self.origin + self.turn @ xyz)
 
 
 @dataclass
@@ -129,14 +122,14 @@ def import_urdf(path: str, folder: str) -> Imported:
             if joint.get("type") == "fixed":
                 body_of[link] = parent
             else:
-                body_of[link] = _unique(plain_name(link), seen)
+                body_of[link] = unique(plain_name(link), seen)
                 entry = _joint(document, joint, frame, parent, body_of[link])
                 machine.joints[letters[joint]] = entry
         shapes.setdefault(body_of[link], []).extend(_shapes(document, links[link], frame))
     if not machine.joints:
         raise document.error("no joint moves: there is no machine in it", document.root)
     machine.settings["units"] = _unit_of_meshes(document, shapes)
-    machine.links = {body: _body(parts) for body, parts in shapes.items()}
+    machine.links = {body: body_entry(parts) for body, parts in shapes.items()}
     machine.sections["start"] = _start(document, machine)
     machine.remarks = [*document.remarks, *_left_behind(document, joints)]
     last = next(reversed(machine.links))
@@ -150,31 +143,7 @@ def import_urdf(path: str, folder: str) -> Imported:
 
 def read_urdf(path: str, folder: str) -> Document:
     """Parse the XML, refusing entities; UsageError or ModelError when that cannot be done."""
-    try:
-        data = read_bytes(path, TEXT_BYTES)
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read: {error.strerror}") from error
-    builder, lines, parser = TreeBuilder(), {}, expat.ParserCreate()
-
-    def start(tag: str, attributes: dict[str, str]) -> None:
-        lines[builder.start(tag, attributes)] = parser.CurrentLineNumber
-
-    def refuse(*declaration: object) -> None:
-        text = "a document type or entity is refused: URDF needs none"
-        raise ModelError(text, path, parser.CurrentLineNumber)
-
-    parser.StartElementHandler = start
-    parser.EndElementHandler = builder.end
-    parser.StartDoctypeDeclHandler = refuse
-    parser.EntityDeclHandler = refuse
-    try:
-        parser.Parse(data, True)
-        root = builder.close()
-    except expat.ExpatError as error:
-        raise ModelError(f"no valid XML: {expat.ErrorString(error.code)}", path, error.lineno) \
-            from None  # fmt: skip
-    except (LookupError, ValueError) as error:  # of an encoding that Python does not know
-        raise ModelError(f"no valid XML: {error}", path, 1) from None
+    root, lines = read_xml(path)
     document = Document(path, folder, root, lines)
     macro = next((e for e in root.iter() if str(e.tag).startswith("xacro:")), None)
     if macro is not None:
@@ -248,25 +217,6 @@ def _origin(document: Document, element: Element) -> tuple[Array, Array]:
     return document.numbers(origin, "xyz", "0 0 0"), document.numbers(origin, "rpy", "0 0 0")
 
 
-def turn_of(rpy: Array) -> Array:
-    """Rotation about fixed X, then Y, then Z by (3,) angles [rad]."""
-    about_x, about_y, about_z = (
-        rotation(axis, math.degrees(angle)) for axis, angle in zip(np.eye(3), rpy, strict=True)
-    )
-    return np.asarray(about_z @ about_y @ about_x)
-
-
-def angles_of(turn: Array) -> Array:
-    """The angles (3,) [deg] about fixed X, Y, Z of a rotation, good near every pitch."""
-    yaw = math.atan2(turn[1, 0], turn[0, 0])
-    pitch = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
-    sine, cosine = math.sin(yaw), math.cos(yaw)
-    roll = math.atan2(
-        sine * turn[0, 2] - cosine * turn[1, 2], cosine * turn[1, 1] - sine * turn[0, 1]
-    )
-    return np.degrees([roll, pitch, yaw])
-
-
 def _axis(document: Document, joint: Element, frame: LinkPose) -> Array:
     """Direction of a moving joint in the world, a unit vector."""
     given = joint.find("axis")
@@ -289,7 +239,7 @@ def _letters(
             r"(?:joint|axis)?[_-]?([a-z])[_-]?(?:joint|axis)?", joint.get("name", "").lower()
         )
         letter = name[1].upper() if name else ""
-        if letter and letter in ("ABC" if rotary else "XYZ") and letter not in letters.values():
+        if letter and letter in ("ABC" if rotary else "XYZUVW") and letter not in letters.values():
             letters[joint] = letter
     for joint, frame in moving:
         if joint in letters:
@@ -297,10 +247,14 @@ def _letters(
         order = np.argsort(-np.abs(_axis(document, joint, frame)), kind="stable")
         family = "ABC" if MOVING[joint.get("type", "")] else "XYZ"
         free = [family[i] for i in order if family[i] not in letters.values()]
-        if not free:
-            raise document.error(f"a machine has no axes beyond {', '.join(family)}", joint)
+        if free:
+            remark = f"joint {joint.get('name')} became the axis {free[0]}: rename it"
+        else:
+            words = re.sub(r"[^A-Za-z0-9]+", "_", f"axis {joint.get('name')}")
+            free = [unique(words, set(letters.values()))]
+            remark = f"joint {joint.get('name')} became {free[0]}, which stands at its `start`"
         letters[joint] = free[0]
-        document.remarks.append(f"joint {joint.get('name')} became the axis {free[0]}: rename it")
+        document.remarks.append(remark)
     return letters
 
 
@@ -424,25 +378,6 @@ def _unit_of_meshes(document: Document, shapes: dict[str, list[dict[str, Any]]])
             document.remarks.append(f"{text}: convert it")
             parts.remove(part)
     return UNITS[usual] if meshes else "mm"
-
-
-def _body(parts: list[dict[str, Any]]) -> dict[str, Any]:
-    """The shape of a link: none, one, or several with names that differ."""
-    if len(parts) == 1:
-        return {key: value for key, value in parts[0].items() if key != "name"}
-    seen: set[str] = set()
-    named = [part | {"name": _unique(part["name"], seen)} for part in parts]
-    return {"parts": named} if named else {}
-
-
-def _unique(name: str, seen: set[str]) -> str:
-    """The name, with a number after it where it is taken; it is taken from now on."""
-    found, count = name, 1
-    while found in seen:
-        count += 1
-        found = f"{name}_{count}"
-    seen.add(found)
-    return found
 
 
 def _start(document: Document, machine: Imported) -> dict[str, float]:

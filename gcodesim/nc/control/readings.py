@@ -57,7 +57,7 @@ class ToolChangeMotion:
         pattern="^[XYZABC]$",
     )
     position: Mapping[str, float] = _key(
-        "axis -> where it stands while the tool changes [mm, deg]; others stay",
+        "axis -> where it stands at the tool changer while the tool changes [mm, deg]; others stay",
         dict,
         pattern="^[XYZABC]$",
     )
@@ -136,6 +136,12 @@ class Readings:
             "axes stay, Z goes to the reference point of G28, or nobody knows (both are checked)",
             "rules": {},
         },
+    )
+    spindle_seconds: float = _key(
+        "time that M3 and M4 take where the spindle stands or turns the other way, while the axes "
+        "wait [s]",
+        0.0,
+        ge=0,
     )
     r_and_ijk: Literal["error", "r_wins"] = _key("R together with I J K", "r_wins")
     arc: ArcTolerance = field(

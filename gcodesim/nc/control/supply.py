@@ -78,6 +78,7 @@ class Control:
     Attributes:
         readings: how it reads what the standard leaves open.
         axes: letters the machine has, out of XYZABC.
+        standing: names of axes of the machine that no word moves.
         start: axis letter -> machine position at program start [mm, deg]; left out = 0.
         tools: tool table; None = no table was supplied.
         tool_for_all: the mounted tool is used for every T number.
@@ -103,6 +104,7 @@ class Control:
 
     readings: Readings
     axes: str = "XYZABC"
+    standing: tuple[str, ...] = ()
     start: Mapping[str, float] = field(default_factory=dict)
     tools: Mapping[int, ToolEntry] | None = None
     tool_for_all: bool = False

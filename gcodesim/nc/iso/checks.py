@@ -229,7 +229,10 @@ class Checks:
             is_axis = letter in AXIS_LETTERS
             if is_axis and letter not in self.state.control.axes and letter not in other_use:
                 self.state.unsupported.append(f"word {letter} line {block.line}")
-                raise block.error("unknown_word", f"{letter} is no axis here", letter)
+                what = f"{letter} is no axis here"
+                if letter in self.state.control.standing:
+                    what = f"{letter} stands at its `start`: the axes that move are X Y Z A B C"
+                raise block.error("unknown_word", what, letter)
             if letter not in used or (letter == "O" and block.tokens[0][0] != "O"):
                 meaning = unclaimed if is_axis else "unused_word"
                 if meaning == "unused_word" and is_open and letter.isalpha():

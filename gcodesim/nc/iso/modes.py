@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gcodesim.nc.control import orders
-from gcodesim.nc.control.modal import CutterSide, Spindle
+from gcodesim.nc.control.modal import TURNING, CutterSide, Spindle
 from gcodesim.nc.iso.block import Block
 from gcodesim.nc.iso.g_codes import G
 from gcodesim.nc.iso.memory import IsoState
@@ -63,7 +63,10 @@ def set_surface_speed(state: IsoState, block: Block, number: int) -> None:
 
 def set_spindle(state: IsoState, block: Block, number: int) -> None:
     """M3 M4 M5 M19."""
-    state.turn_spindle(SPINDLES[number])
+    spindle = SPINDLES[number]
+    if spindle in TURNING and spindle is not state.modal.spindle:
+        orders.dwell(state, state.control.readings.spindle_seconds)
+    state.turn_spindle(spindle)
 
 
 def set_rigid_tapping(state: IsoState, block: Block, number: int) -> None:
