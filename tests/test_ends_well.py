@@ -39,7 +39,9 @@ PROGRAM = "G21 G90 G54\nG0 X1\nM30\n"
 
 
 def python(code: str, **how: object) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", code]
+    # What is started in the background of a shell has Ctrl-C switched off.
+    heard = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    command = [sys.executable, "-c", heard + code]
     return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **how)
 
 
