@@ -182,6 +182,8 @@ class StockRace:
         if not self.shapes:
             return out
         last, since = self.task.samples, 0
+        # What a try has found stands, whether or not a finer one finds something before it.
+        best: tuple[Witness, Items, RaceArrays, RaceAim] | None = None
         for chord, beam in SHARES:
             items, job = self.job(inset / chord)
             out.items, out.left_out = len(items), items.left_out
@@ -196,19 +198,29 @@ class StockRace:
             since = max(since, min(found.proved, last))
             if found.witness:
                 last = min(last, found.witness.sample)
+                best = found.witness, items, job, aim
             if not found.undecided or (found.too_many and not found.witness):
                 break
+        if best:
+            self._list_events(out, *best)
+        return out
+
+    def _list_events(
+        self, out: StockAnswer, witness: Witness | None, items: Items, job: RaceArrays, aim: RaceAim
+    ) -> None:
+        """Add the event of a witness, and with --stop all what is found after it."""
         job.body_box = self.body_boxes(items, job, np.ones(len(items), np.bool_))
         events = _Events(self, items, job, aim)
-        while found.witness:
-            out.events.append(events.made(found.witness))
+        while witness:
+            out.events.append(events.made(witness))
             out.more_events = len(out.events) >= MOST_EVENTS
             if not self.task.stop_all or out.more_events:
                 break
-            events.mute(found.witness)
-            found = run_rounds(job, replace(aim, last=self.task.samples), device, self.threads)
+            events.mute(witness)
+            aim = replace(aim, last=self.task.samples)
+            found = run_rounds(job, aim, self.task.device, self.threads)
             self._count(out, found)
-        return out
+            witness = found.witness
 
     def job(self, doubt: float) -> tuple[Items, RaceArrays]:
         """The items and the race, each item off by no more than `doubt` [mm]."""

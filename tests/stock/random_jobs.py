@@ -61,10 +61,9 @@ def verdict(job: Job, size: float = 1.0) -> tuple[str, StockAnswer]:
     answer = milling.raced(job.program, job.machine)
     path, inset = milling.path_of(job.program, job.machine), job.machine.stock_inset
     seen = first_voxel(job.machine, path, "C", BOX, size, inset + 0.01)
-    if answer.undecided:
-        return "undecided", answer
     if not answer.events:
-        return "missed" if seen else "agrees", answer
+        word = "undecided" if answer.undecided else "missed" if seen else "agrees"
+        return word, answer
     event = answer.events[0]
     if not is_witnessed(event, job.machine, path, "C", inset):
         return "false", answer
