@@ -119,8 +119,7 @@ def scan(
     words.blank[word_line[word_line < count]] = False
     _into_columns(words, word_line, name, value, axes, ignored)
     if points:
-        at = np.flatnonzero(bare & (value != 0.0))
-        _note_bare(words, word_line[at], name[at], points - ignored)
+        _note_bare(words, word_line, name, bare & (value != 0.0), points - ignored)
     _check(words)
     words.plain &= np.diff(lines.bounds[first : last + 1]) <= MAX_LINE_LENGTH + 1
     words.find_runs(shortest)
@@ -202,12 +201,18 @@ def _into_columns(
 
 
 def _note_bare(
-    words: Columns, line: Ints, name: NDArray[np.uint8], letters: frozenset[str]
+    words: Columns,
+    line: Ints,
+    name: NDArray[np.uint8],
+    bare: NDArray[np.bool_],
+    letters: frozenset[str],
 ) -> None:
     """Keep which lines hold which of the letters, among words without a decimal point."""
     wanted = np.zeros(256, bool)
     wanted[[ord(letter) for letter in letters]] = True
-    at = wanted[name]
+    at = np.flatnonzero(bare & wanted[name])
+    if not len(at):
+        return
     line, name = line[at], name[at]
     for code in np.flatnonzero(np.bincount(name, minlength=256)):
         column = words.bare[chr(code)] = np.zeros(len(words.plain), bool)
