@@ -29,6 +29,7 @@ from gcodesim.machine import shapes
 from gcodesim.machine.kinematics import rotation_from_z
 from gcodesim.machine.model import Body, Machine, Part
 from gcodesim.machine.spindle import tool_body
+from gcodesim.machine.turned import section_radius
 
 Array = NDArray[np.float64]
 Points = list[tuple[float, float]]
@@ -171,23 +172,11 @@ def round_profile(shell: Array) -> Points | None:
             return None
         for height in (low, high):
             lines = (offset[spans] - normal[spans, 2] * height) / across[spans]
-            inner, outer = float(lines.min()), _farthest(shell[spans], height)
+            inner, outer = float(lines.min()), section_radius(shell[spans], height)
             if inner < outer * np.cos(np.pi / ROUND_SIDES) - TOUCHING_MM:
                 return None
             profile.append((max(inner, 0.0), height))
     return profile
-
-
-def _farthest(triangles: Array, height: float) -> float:
-    """Largest distance from the axis of a section of some triangles, each of which reaches it."""
-    start, end = triangles, np.roll(triangles, -1, axis=1)
-    rise = end[:, :, 2] - start[:, :, 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.clip((height - start[:, :, 2]) / rise, 0.0, 1.0)
-    points = start + np.nan_to_num(part)[:, :, None] * (end - start)
-    here = np.abs(points[:, :, 2] - height) <= SAME_HEIGHT_MM
-    distance = np.hypot(points[:, :, 0], points[:, :, 1])
-    return float(distance[here].max(initial=0.0))
 
 
 def shrunk(profile: Points, inset: float) -> Points:

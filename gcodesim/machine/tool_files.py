@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -102,5 +103,5 @@ def _unpacked(path: Path, content: bytes) -> bytes:
             if names[0].file_size > MOST_BYTES:
                 raise ModelError(f"its library is larger than {MOST_BYTES:,} bytes", str(path))
             return archive.read(names[0])
-    except (zipfile.BadZipFile, NotImplementedError, RuntimeError) as error:
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError) as error:
         raise ModelError(f"no valid .tools file: {error}", str(path)) from error

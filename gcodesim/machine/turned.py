@@ -47,7 +47,7 @@ def turned_hull(standing: Array, most: int = 40) -> Sequence[tuple[float, float,
         corners = corners[
             (corners[:, 2] > z0 - SAME_HEIGHT_MM) & (corners[:, 2] < z1 + SAME_HEIGHT_MM)
         ]
-        ends = [_section(here, z) for z in (z0, z1)]
+        ends = [section_radius(here, z) for z in (z0, z1)]
         between = np.hypot(corners[:, 0], corners[:, 1])
         across = corners[:, 2]
         share = (across - z0) / (z1 - z0)
@@ -56,8 +56,8 @@ def turned_hull(standing: Array, most: int = 40) -> Sequence[tuple[float, float,
     return tuple(found)
 
 
-def _section(triangles: Array, height: float) -> float:
-    """Largest distance from the axis of the section of triangles at a height."""
+def section_radius(triangles: Array, height: float) -> float:
+    """Largest distance from the axis Z of the section of triangles at a height [mm]."""
     start, end = triangles, np.roll(triangles, -1, axis=1)
     rise = end[:, :, 2] - start[:, :, 2]
     with np.errstate(divide="ignore", invalid="ignore"):

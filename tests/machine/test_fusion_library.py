@@ -247,3 +247,15 @@ def test_a_zip_without_a_library_is_refused(tmp_path: Path) -> None:
     (tmp_path / "c.json").write_text(json.dumps({"numbers": []}))
     with pytest.raises(ModelError, match="neither a Fusion library"):
         read_tools(str(tmp_path / "c.json"))
+
+
+def test_a_library_whose_compressed_data_is_damaged_is_an_error(tmp_path: Path) -> None:
+    file = tmp_path / "bad.tools"
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("tools.json", '{"data": []}' * 500)
+    content = bytearray(file.read_bytes())
+    begin = content.index(b"tools.json") + len("tools.json")
+    content[begin : begin + 12] = bytes(255 - byte for byte in content[begin : begin + 12])
+    file.write_bytes(content)
+    with pytest.raises(ModelError, match=r"bad\.tools: no valid \.tools file"):
+        read_tools(str(file))
